@@ -30,6 +30,7 @@ from radar_service.scene_file.load import load_scene, model_from
 from radar_service.scene_file.model.platform import radar_entries
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_named
+from radar_service.strict_json import tupled
 from radar_service.wire import SpokeRows
 from radar_service.world.scene import Scene, known_radar
 
@@ -248,8 +249,8 @@ def _as_reported(scan: Scan, blocks: Sequence[SpokeBlock]) -> Scan:
 def crossing_from_line(line: Mapping[str, Any]) -> Crossing:
     """Returns the crossing of a line of the truth, whose lists become tuples. In recordings of earlier versions the boresight
     is level."""
-    own_ship = OwnShipTruth(**_tupled(line["own_ship"]))
-    content = {"boresight": line["bearing"]} | _tupled(line)
+    own_ship = OwnShipTruth(**tupled(line["own_ship"]))
+    content = {"boresight": line["bearing"]} | tupled(line)
     if "false_echoes" in line:
         content["false_echoes"] = tuple(FalseEcho(**echo) for echo in line["false_echoes"])
     of_effects = _of_effects(line, Crossing)
@@ -262,8 +263,8 @@ def snapshot_from_line(line: Mapping[str, Any]) -> Snapshot:
     """Returns the snapshot of a line of the truth."""
     errors = line.get("feed_errors")
     return Snapshot(
-        scan=line["scan"], time=line["time"], radar=line["radar"], own_ship=OwnShipTruth(**_tupled(line["own_ship"])),
-        bodies=tuple(Kinematics(**_tupled(body)) for body in line["bodies"]),
+        scan=line["scan"], time=line["time"], radar=line["radar"], own_ship=OwnShipTruth(**tupled(line["own_ship"])),
+        bodies=tuple(Kinematics(**tupled(body)) for body in line["bodies"]),
         feed_errors=errors and FeedErrorCounts(**errors),
         effects=_of_effects(line, Snapshot),
     )  # fmt: skip
@@ -273,10 +274,6 @@ def _of_effects(line: Mapping[str, Any], kind: type[Crossing | Snapshot]) -> dic
     """What effects tell in a line, also those that are not installed here: all that the record has no field for."""
     known = {"type", *(field.name for field in fields(kind))}
     return {key: line[key] for key in line if key not in known}
-
-
-def _tupled(line: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: tuple(value) if isinstance(value, list) else value for key, value in line.items()}
 
 
 def own_ships(feed: str) -> Iterator[OwnShip]:

@@ -2,6 +2,7 @@
 
 import json
 from collections import Counter
+from collections.abc import Mapping
 from typing import Any
 
 
@@ -12,6 +13,11 @@ class DuplicateKeyError(ValueError):
 def parsed(text: str | bytes) -> Any:
     """Returns the content of JSON. Raises DuplicateKeyError, any other ValueError, and RecursionError where it is too deep."""
     return json.loads(text, object_pairs_hook=unique_keys)
+
+
+def tupled(table: Mapping[str, Any]) -> dict[str, Any]:
+    """Returns a table for a record, whose lists are tuples."""
+    return {key: tuple(value) if isinstance(value, list) else value for key, value in table.items()}
 
 
 def unique_keys(pairs: list[tuple[Any, Any]]) -> dict[Any, Any]:

@@ -22,3 +22,16 @@ def descriptors_left(count: int) -> Iterator[None]:
         yield
     finally:
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+@contextlib.contextmanager
+def descriptors_taken(count: int) -> Iterator[None]:
+    """Lets this process open none below that number for a while."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    resource.setrlimit(resource.RLIMIT_NOFILE, (max(soft, 2 * count), hard))
+    with contextlib.ExitStack() as at_end:
+        at_end.callback(resource.setrlimit, resource.RLIMIT_NOFILE, (soft, hard))
+        while (taken := os.dup(0)) < count:
+            at_end.callback(os.close, taken)
+        at_end.callback(os.close, taken)
+        yield

@@ -97,6 +97,7 @@ def row_text(verdict: RowVerdict, folder: Path) -> str:
 
 PAGE = Path("docs/believed.md").name
 ORDER = ("outside", "inside", "shown")
+LONG = 30  # letters of a source, a tolerance or a reason that is printed once, and named by its row after that
 HEAD = """# Believed
 
 This page holds the simulator against figures that others have published. `radar-service believed -o DIR` computes it again,
@@ -120,17 +121,23 @@ def page(verdicts: Sequence[RowVerdict]) -> str:
     counted = len(groups["outside"]) + len(groups["inside"])
     example = next((each.row.id for each in verdicts if each.word == "inside"), verdicts[0].row.id)
     lines = [HEAD.format(example=example, inside=len(groups["inside"]), counted=counted, shown=len(groups["shown"]))]
+    printed = dict[str, str]()  # the row that first gave a text
     for word in ORDER:
         if groups[word]:
-            lines += [f"## {word.capitalize()}", "", *_table(groups[word]), ""]
+            lines += [f"## {word.capitalize()}", "", *_table(groups[word], printed), ""]
     return "\n".join([*lines, CAPTURED])
 
 
-def _table(verdicts: Sequence[RowVerdict]) -> list[str]:
+def _table(verdicts: Sequence[RowVerdict], printed: dict[str, str]) -> list[str]:
+    def once(text: str, row: str) -> str:
+        first = printed.setdefault(text, row)
+        return text if first == row or len(text) < LONG else f"as {first}"
+
     last = "why" if verdicts[0].word != "inside" else "kind"
     rows = [
-        (each.row.id, f"{each.row.quantity}: {each.row.condition}", each.row.published, each.computed, each.row.tolerance,
-         each.row.source, each.reason if last == "why" else each.row.kind)
+        (each.row.id, f"{each.row.quantity}: {each.row.condition}", each.row.published, each.computed,
+         once(each.row.tolerance, each.row.id), once(each.row.source, each.row.id),
+         once(each.reason, each.row.id) if last == "why" else each.row.kind)
         for each in verdicts
     ]  # fmt: skip
     head = ("row", "of what", "published", "ours (limits)", "tolerance", "source", last)

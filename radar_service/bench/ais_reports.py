@@ -43,7 +43,7 @@ def with_ais(results: Sequence[ScanResult], stations: Sequence[AisStation], seed
 
 def _reports(station: AisStation, truths: Mapping[str, Sequence[TargetTruth]], last: float, seed: int) -> Iterator[Received]:
     """The reports of a station, to the last second."""
-    reporting = Reporting(_ship(station), seed)
+    reporting = Reporting(AisShip(station.body, station.mmsi, station.station_class), seed)
     is_distinct = math.hypot(*station.offset_m) > DISTINCT
     for second in range(int(last) + 1):
         body = station.body_at(second)
@@ -77,11 +77,3 @@ def _ghost(station: AisStation, time: float) -> tuple[Floats, Floats, float]:
     course = math.radians(station.course_deg)
     velocity = station.speed_kn * KNOT * np.array([math.sin(course), math.cos(course)])
     return moved_on(station.position_m, velocity, time), velocity, 0.0
-
-
-def _ship(station: AisStation) -> AisShip:
-    """A transponder of its class."""
-    return AisShip(
-        body=station.body, mmsi=station.mmsi, station_class=station.station_class, name="", call_sign="", ship_type=0, imo=0,
-        destination="", antenna=(0.0, 0.0), to_bow=0.0, to_stern=0.0, to_port=0.0, to_starboard=0.0, draught=0.0,
-    )  # fmt: skip

@@ -25,7 +25,7 @@ MARGIN = 0.02  # rad beyond the beam in which a body counts as within
 ECHO_BOUND = 2.0  # times the amplitude of a point in free space
 ROUNDING = 1e-4  # of an amplitude: far more than single precision has
 BEARINGS = 2**14  # of the table of gains, on half a circle
-TOGETHER = 16  # scans that are computed at once, as far as numpy gains by it
+TOGETHER = 50  # scans that are computed at once, as far as numpy gains by it
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
@@ -54,6 +54,7 @@ class FewTiles:
         number = np.array(scans)[:, None, None] * radar.azimuths + np.stack([starts, ends], axis=1)
         boresight, time = radar.schedule(number.ravel())
         antenna, bound = scene.antenna(time), np.zeros(number.shape[:2])
+        every = radar.time_of_spokes(np.array(scans)[:, None] * radar.azimuths + np.arange(float(radar.azimuths)))
         gain = np.abs(radar.azimuth_gain(np.linspace(0.0, np.pi, BEARINGS + 1)))
         gain = np.maximum.accumulate(gain[::-1])[::-1]
         for body in scene.bodies:
@@ -64,6 +65,8 @@ class FewTiles:
             away = (np.abs(wrap_angle(boresight - bearing)) - width).reshape(number.shape).sum(axis=2)
             away = away / 2.0 - MARGIN - (tile + 2) / 2.0 * radar.azimuth_step - turned
             near = away <= fidelity.beam_extent * radar.beamwidth
+            if not body.presence.constant:
+                near &= np.logical_or.reduceat(body.presence.at(every), starts, axis=1)
             if body.mesh or body.reflector or body.swerling or body.rcs is None or scene.environment.multipath:
                 bound[near] = np.inf
                 continue
@@ -79,7 +82,8 @@ class FewTiles:
         crossings = [self._cells(*each) for each in zip(scans, self._bounds(scans), strict=True)]
         last_spokes = [(scan + 1) * azimuths - 1 for scan in scans]
         number = np.concatenate([np.append(crossings[n][0], last) for n, last in enumerate(last_spokes)])
-        time, own = self._radar.schedule(number)[1], self._simulator.reported(number)
+        spokes, of_spoke = np.unique(number, return_inverse=True)
+        time, own = self._radar.schedule(number)[1], self._simulator.reported(spokes).part(of_spoke)
         azimuth = own.azimuth if self._simulator.errors else number % azimuths * (2.0 * np.pi / azimuths)
         for scan, (spoke, cell, power) in zip(scans, crossings, strict=True):
             first, end = end, end + len(spoke) + 1
@@ -95,9 +99,10 @@ class FewTiles:
         parts = [(np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty(0))]
         needed = np.sqrt(self._level) * (1.0 - ROUNDING)
         for start, bound in zip(range(0, self._radar.azimuths, self._prepared.tile), bounds.tolist(), strict=True):
-            azimuths = tile_azimuths(self._prepared, scan, start)
-            if bound < needed and bound + noise_amplitude(self._prepared, azimuths) < needed:
+            first = scan * self._radar.azimuths + start
+            if bound < needed and bound + noise_amplitude(self._prepared, first) < needed:
                 continue
+            azimuths = tile_azimuths(self._prepared, scan, start)
             power = square_law(profiles(self._prepared, azimuths))
             row, cell = np.nonzero(power > self._level)
             parts.append((azimuths.number[row], cell, power[row, cell].astype(np.float64)))

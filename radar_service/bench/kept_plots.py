@@ -18,10 +18,10 @@ from radar_service.bench.blind import FIRST_SEED
 from radar_service.bench.run import observed, surroundings
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
-from radar_service.bench.trackers.tracker import TrackerInput
+from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import flood_remark
-from radar_service.plots.plot import Plot
+from radar_service.strict_json import tupled
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.terminal.progress import progress
 
@@ -52,13 +52,19 @@ def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> Observed
     kept = _read(path, digest) if path else None
     if kept is None:
         kept = {"digest": digest, **_observe(scenario, seed)}
+        text = json.dumps(kept, allow_nan=False)
         if path:
             make_folder(path.parent)
-            write_file(path, gzip.compress(json.dumps(kept, allow_nan=False).encode(), compresslevel=6))
-        kept = json.loads(json.dumps(kept))  # the first tracker gets what the next ones get
+            write_file(path, gzip.compress(text.encode(), compresslevel=6))
+        kept = json.loads(text)  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
-    results = with_ais([_result(scan) for scan in kept["scans"]], scenario.ais, seed)
-    return ObservedRun(results, kept["remark"], around)
+    truths = (tuple(TargetTruth(**tupled(truth)) for truth in scan["truths"]) for scan in kept["scans"])
+    orders = [order.model_dump() for order in scenario.order]
+    results = [
+        ScanResult(scan_of(scan["given"]), (), some, orders=tuple(order for order in orders if order["scan"] == number))
+        for number, (scan, some) in enumerate(zip(kept["scans"], truths, strict=True))
+    ]
+    return ObservedRun(with_ais(results, scenario.ais, seed), kept["remark"], around)
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
@@ -146,14 +152,3 @@ def _read(path: Path, digest: str) -> dict[str, Any] | None:
         return kept if kept["digest"] == digest else None
     except (OSError, EOFError, zlib.error, ValueError, KeyError, TypeError):
         return None
-
-
-def _result(kept: Mapping[str, Any]) -> ScanResult:
-    """A scan as it was kept; a list of JSON is a tuple."""
-    plots = tuple(Plot(**_tuples(plot)) for plot in kept["given"]["plots"])
-    given = TrackerInput(**{**kept["given"], "plots": plots})
-    return ScanResult(given, (), tuple(TargetTruth(**_tuples(truth)) for truth in kept["truths"]))
-
-
-def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}

@@ -10,6 +10,7 @@ from radar_service.bench.few_tiles import TOGETHER, FewTiles, has_few
 from radar_service.bench.plot_errors import lengths_of, with_errors
 from radar_service.bench.recorded import recorded_scans
 from radar_service.bench.scenario import PlotSettings, Scenario
+from radar_service.bench.scores.acquisition import with_orders
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
@@ -38,8 +39,9 @@ ROUNDING = 1e-6  # s: no state is from the future by less
 def answered(results: Iterable[ScanResult], tracker: Tracker, on_video: bool = False) -> Iterator[ScanResult]:
     """Yields scans with what a tracker answers to each. on_video: it gets no plots, and the time of its answers, in which the
     video is made, does not count. Raises TrackerError, and what the tracker raises."""
-    reported = set[int]()
-    for result in results:
+    reported, tracks = set[int](), tuple[TrackState, ...]()
+    for ordered in results:
+        result = replace(ordered, given=with_orders(ordered, ordered.orders, tracks)) if ordered.orders else ordered
         reported.update(report.mmsi for report in result.given.ais or ())
         began = perf_counter()
         tracks = tuple(tracker.update(replace(result.given, plots=()) if on_video else result.given))
@@ -54,22 +56,18 @@ def extracted(results: Iterable[ScanResult], extractor: LineTracker) -> Iterator
     """Yields scans with the plots that an extractor answers to the video of each. Raises TrackerError."""
     for result in results:
         plots = extractor.plots(replace(result.given, plots=()))
-        late = [plot.time for plot in plots if plot.time > result.given.time + ROUNDING]
-        if late:
-            raise TrackerError(
-                f"tracker: the answer to scan {result.given.scan} has a plot at {late[0]:.6g} s, after the end of the scan at "
-                f"{result.given.time:.6g} s; give the time at which the beam met it"
-            )
+        check_times(plots, result.given)
         yield replace(result, given=replace(result.given, plots=plots))
 
 
-def check_times(tracks: Sequence[TrackState], given: TrackerInput) -> None:
-    """Raises TrackerError for a state from the future."""
-    for track in tracks:
-        if track.time > given.time + ROUNDING:
+def check_times(records: Sequence[TrackState | Plot], given: TrackerInput) -> None:
+    """Raises TrackerError for a state or a plot from the future."""
+    for record in records:
+        if record.time > given.time + ROUNDING:
+            name = f"track {record.track!r}" if isinstance(record, TrackState) else "a plot"
             raise TrackerError(
-                f"tracker: the answer to scan {given.scan} has track {track.track!r} at {track.time:.6g} s, after the end of "
-                f"the scan at {given.time:.6g} s; give a state of a plot's time, or of the end of the scan"
+                f"tracker: the answer to scan {given.scan} has {name} at {record.time:.6g} s, after the end of the scan at "
+                f"{given.time:.6g} s; give the time at which the beam met it, or of a state the end of the scan"
             )
 
 
@@ -125,7 +123,9 @@ def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None =
         for (plots, time, own), truths in zip(ended, truths_of(simulator, numbers, scenario.tracked), strict=True):
             heading = float(own.heading[-1])
             erring = with_errors(plots.plots, truths, scenario.plot_errors, heading, seed, plots.scan, lengths)
-            yield ScanResult(_given(plots.scan, time, own, erring, scene.radar.rotation_period), (), truths, plots.flood)
+            yield ScanResult(
+                tracker_input(plots.scan, time, own, erring, scene.radar.rotation_period), (), truths, plots.flood
+            )
 
 
 def extractor_of(settings: PlotSettings, scene: Scene, tell: Callable[[str], None] | None = None) -> PlotExtractor:
@@ -157,13 +157,10 @@ def rule_of(settings: PlotSettings) -> ClusterRule:
     return ClusterRule(settings.gap_spokes, settings.gap_cells, settings.split_db)
 
 
-def tracker_input(scan: Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
-    """Returns what a tracker gets of one scan, with own ship as of its last spoke, moved on to its end."""
-    return _given(scan.number, scan.time, scan, plots, rotation_period)
-
-
-def _given(number: int, time: Floats, own: Readings | Scan, plots: Sequence[Plot], rotation_period: float) -> TrackerInput:
-    """What a tracker gets of a scan of that number. time, own: of its last spokes (K,)."""
+def tracker_input(
+    number: int, time: Floats, own: Readings | Scan, plots: Sequence[Plot], rotation_period: float
+) -> TrackerInput:
+    """Returns what a tracker gets of a scan of that number. time, own: of its last spokes (K,), moved on to its end."""
     end, course, speed = (number + 1) * rotation_period, float(own.course[-1]), float(own.speed[-1])
     way = (end - float(time[-1])) * speed * np.array([np.sin(course), np.cos(course)])
     east, north = (own.position[-1] + way).tolist()

@@ -75,6 +75,7 @@ GENERAL = tuple(
         ("said_cpa_nm", 0.3, "table 3"), ("said_tcpa_min", 0.5, "table 3"), ("alarm_late_scans", 2.0, "5.29.1"),
         ("false_alarms", 0.0, "5.29.1"), ("lost_errors", 0.0, "5.29.4"), ("full_errors", 0.0, "5.25.2.2"),
         ("ais_missed", 0.05, "5.30.1"), ("ais_wrong", 0.02, "5.30.3"), ("priority_errors", 0.0, "5.30.1"),
+        ("acquisition_errors", 0.0, "5.25.3"),
     )
 )  # fmt: skip
 
@@ -154,6 +155,16 @@ class AisStation(FrozenTable):
         return self.body if self.swap_s is None or time < self.swap_s else self.swap_body
 
 
+class Order(FrozenTable):
+    """What a user asks at the end of a scan: to acquire a target or to cancel its track, by the target's name, or to acquire by
+    itself in a zone alone: nearest and farthest range [m], true bearings clockwise from one to another [degrees]."""
+
+    scan: Annotated[int, Field(ge=0)]
+    acquire: str | None = None
+    cancel: str | None = None
+    zone: tuple[float, float, float, float] | None = None
+
+
 class Scenario(FrozenTable):
     """One scenario.
 
@@ -187,6 +198,7 @@ class Scenario(FrozenTable):
     plots: PlotSettings = PlotSettings()
     plot_errors: PlotErrors | None = None
     ais: tuple[AisStation, ...] = ()
+    order: tuple[Order, ...] = ()
     draw_biases: bool = False
     input: Literal["plots", "video"] = "plots"
     answers: Literal["tracks", "ttm", "plots"] = "tracks"
@@ -201,10 +213,14 @@ class Scenario(FrozenTable):
     file: Annotated[Path | None, Field(exclude=True)] = None
 
     @model_validator(mode="after")
-    def _ais_is_of_targets(self) -> "Scenario":
-        for name in (name for station in self.ais for name in (station.body, station.swap_body)):
+    def _names_are_of_targets(self) -> "Scenario":
+        named = [("ais", name) for station in self.ais for name in (station.body, station.swap_body)]
+        for table, name in (*named, *(("order", name) for order in self.order for name in (order.acquire, order.cancel))):
             if name not in (None, *self.tracked):
-                raise ValueError(f"ais: there is no target {name!r}")
+                raise ValueError(f"{table}: there is no target {name!r}")
+        ordered = [order.model_dump(exclude={"scan"}, exclude_none=True) for order in self.order]
+        if any(len(each) != 1 for each in ordered) or sum("zone" in each for each in ordered) > 1:
+            raise ValueError("order: one of acquire, cancel and zone is needed in each, and one zone in all")
         if len({station.mmsi for station in self.ais}) < len(self.ais):
             raise ValueError("ais: two stations have one mmsi")
         return self
@@ -230,7 +246,7 @@ class Scenario(FrozenTable):
     def digest(self) -> str:
         """A hash of all that the scenario says: runs of another one are not mixed with its own."""
         return hashlib.blake2b(
-            self.model_dump_json(exclude=None if self.ais else {"ais"}).encode(), digest_size=8
+            self.model_dump_json(exclude={key for key in ("ais", "order") if not getattr(self, key)}).encode(), digest_size=8
         ).hexdigest()
 
     def scene_for(self, seed: int) -> dict[str, Any]:

@@ -18,7 +18,7 @@ from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.bench.scores.scoring import at_power_centroids, metrics_of
 from radar_service.bench.scores.set_scores import allowed_distance
-from radar_service.bench.trackers.json_lines import LineTracker, TrackerError, TrackerHangs
+from radar_service.bench.trackers.json_lines import WORDS, LineTracker, TrackerError, TrackerHangs
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.video import Video, VideoError, program_on_video, video_of
@@ -135,7 +135,8 @@ def _tracked(
             raise
         if video and not isinstance(error, VideoError) and (fault := video.fault()):
             error = type(error)(f"video: {fault}; then {error}")
-        last = (line_tracker.status, line_tracker.last_line) if line_tracker else ()
+        status = line_tracker.status if line_tracker and line_tracker.end in str(error) else None  # others were ended here
+        last = (status, line_tracker.last_line) if line_tracker else ()
         return results, _failed(error, len(results), *last)
     if line_tracker:
         line_tracker.finish()
@@ -168,5 +169,5 @@ def _scan_data(scan: JudgedScan) -> dict[str, Any]:
 
 
 def _track_data(track: TrackState) -> dict[str, Any]:
-    """A track, without what it does not say of AIS."""
-    return {key: value for key, value in asdict(track).items() if value is not None or key not in ("mmsi", "priority")}
+    """A track, without what it does not say of AIS and of its acquisition."""
+    return {key: value for key, value in asdict(track).items() if value is not None or key not in ("mmsi", *WORDS)}

@@ -1,6 +1,7 @@
 """A radar plotter of others under test, unmodified: `python -m radar_service.bench.ttm_child PROGRAM ...`.
 
-The program writes NMEA 0183 to its standard output, or sends it to `{udp}`, a port of this machine; its TTM are the tracks.
+The program writes NMEA 0183 to its standard output, or sends it to `{udp}`, a port of this machine; its TTM are the tracks, or
+its TLL, where it writes no TTM and the scene has an origin.
 `{feed}` and `{address}` in its arguments stand for those of the radar, which turns in real time.
 """
 
@@ -17,29 +18,36 @@ from socket import AF_INET, SOCK_DGRAM, socket
 from threading import Condition, Thread
 from typing import IO, Any, TextIO
 
-from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.radar_feed import OwnShip, own_ships
+from radar_service.world.geo import Origin, map_from_geographic
 
-SENTENCE = re.compile(r"\$([A-Z]{2}TTM,([ -~]*))\*([0-9A-F]{2})")
+SENTENCE = re.compile(r"\$([A-Z]{2}(TTM|TLL),([ -~]*))\*([0-9A-F]{2})")
+TREND = 60.0  # s over which places make a velocity: MSC.192(79) 5.25.4 asks for the trend of motion after a minute
 METRES = {"N": NAUTICAL_MILE, "K": 1000.0, "S": 1609.344}
-MS = {"N": KNOT, "K": 1.0 / 3.6, "S": 0.44704}
 MAX_LINE = 1000  # characters of a line of a program, or of a part of it; a sentence has 82
 MAX_DATAGRAM = 65536
 LAST_WORDS = 1.0  # s for what a program has written: what it leaves behind may hold its output open
 WAIT_SECONDS = 50.0  # for the end of a scan, of the minute that an answer may take
 
 
-def track_of(line: str, own: OwnShip) -> tuple[str, dict[str, Any] | None] | None:
-    """Returns the number and the state of a TTM, None for a lost one; None for all else. Bearings and courses of "R" count from
-    the bow and are relative."""
+def track_of(line: str, own: OwnShip, origin: Origin | None = None) -> tuple[str, dict[str, Any] | None] | None:
+    """Returns the number and the state of a TTM or TLL, None for a lost one; None for all else. Bearings and courses of "R" count
+    from the bow and are relative. A TLL, which needs an origin, has no velocity. Raises ValueError and KeyError."""
     form = SENTENCE.fullmatch(line.strip())
-    if form is None or reduce(lambda total, byte: total ^ byte, form[1].encode(), 0) != int(form[3], 16):
+    if form is None or reduce(lambda total, byte: total ^ byte, form[1].encode(), 0) != int(form[4], 16):
         return None
-    number, distance, bearing, bearing_of, speed, course, course_of, _, _, unit, _, status, *_ = form[2].split(",")
+    if form[2] == "TLL":
+        number, latitude, south, longitude, west, _, _, status, *_ = form[3].split(",")
+        if status != "T" or not origin:
+            return (number, None) if status == "L" else None
+        east, north = map_from_geographic(_degrees(latitude, south), _degrees(longitude, west), origin).tolist()
+        return number, {"track": number, "time": own["time"], "east": east, "north": north}
+    number, distance, bearing, bearing_of, speed, course, course_of, _, _, unit, _, status, *_ = form[3].split(",")
     if status != "T" or not (distance and bearing and speed and course):
         return (number, None) if status == "L" else None
     turn = math.radians(float(bearing)) + (own["heading"] if bearing_of == "R" else 0.0)
-    way, place, ahead = float(speed) * MS[unit], float(distance) * METRES[unit], math.radians(float(course))
+    way, place, ahead = float(speed) * METRES[unit] / 3600.0, float(distance) * METRES[unit], math.radians(float(course))
     east, north = way * math.sin(ahead), way * math.cos(ahead)
     if course_of == "R":
         east, north = east + own["speed"] * math.sin(own["course"]), north + own["speed"] * math.cos(own["course"])
@@ -49,12 +57,19 @@ def track_of(line: str, own: OwnShip) -> tuple[str, dict[str, Any] | None] | Non
     }  # fmt: skip
 
 
-class Plotter:
-    """Tracks of a program's sentences, and own ship of the feed."""
+def _degrees(text: str, side: str) -> float:
+    """Degrees of the two last digits before the point, which are minutes, and of those before them."""
+    degrees, minutes = divmod(float(text), 100.0)
+    return math.copysign(degrees + minutes / 60.0, -1.0 if side in ("S", "W") else 1.0)
 
-    def __init__(self) -> None:
-        self._changed, self._own, self._ended = Condition(), dict[str, float](time=-1.0), ""
+
+class Plotter:
+    """Tracks of a program's sentences, and own ship of the feed. origin: of the scene, which TLL need."""
+
+    def __init__(self, origin: Origin | None = None) -> None:
+        self._changed, self._own, self._ended, self._origin = Condition(), dict[str, float](time=-1.0), "", origin
         self._tracks: dict[str, dict[str, Any]] = {}
+        self._places: dict[str, list[dict[str, Any]]] = {}  # of TLL
 
     def follow(self, ships: Iterable[OwnShip]) -> None:
         """Takes own ship as time goes on."""
@@ -70,9 +85,20 @@ class Plotter:
         """Takes the sentences of the program, by one of its ways."""
         for line in lines:
             with self._changed, suppress(ValueError, KeyError):  # of a TTM that is not understood
-                if self._own["time"] >= 0.0 and (report := track_of(line, self._own)):
-                    self._tracks.pop(report[0], None)
-                    self._tracks |= {report[0]: report[1]} if report[1] else {}
+                if self._own["time"] >= 0.0 and (report := track_of(line, self._own, self._origin)):
+                    self._take(*report)
+
+    def _take(self, number: str, state: dict[str, Any] | None) -> None:
+        """Takes a state; that of a TLL has the mean velocity of the last minute, and does not replace one of a TTM."""
+        earlier, places = self._tracks.pop(number, None), self._places.pop(number, [])
+        if state and "velocity_east" not in state and earlier and not places:
+            state = earlier
+        elif state and "velocity_east" not in state:
+            recent = [place for place in (*places, state) if place["time"] >= state["time"] - TREND]
+            span = state["time"] - recent[0]["time"] or math.inf
+            state = state | {f"velocity_{axis}": (state[axis] - recent[0][axis]) / span for axis in ("east", "north")}
+            self._places[number] = recent
+        self._tracks |= {number: state} if state else {}
 
     def end(self, why: str) -> None:
         """Ends the wait for the radar."""
@@ -94,7 +120,7 @@ def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
     video = json.loads(next(lines)).get("video")
     if video is None:  # the bench only looks whether the program starts
         return
-    plotter, port = Plotter(), socket(AF_INET, SOCK_DGRAM)
+    plotter, port = Plotter(video.get("origin")), socket(AF_INET, SOCK_DGRAM)
     port.bind(("127.0.0.1", 0))
     places = {"{feed}": video["feed"], "{address}": video["address"], "{udp}": str(port.getsockname()[1])}
     command = [reduce(lambda word, key: word.replace(key, places[key]), places, word) for word in words]

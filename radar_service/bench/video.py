@@ -8,14 +8,12 @@ import shlex
 import shutil
 import sys
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
-from http.client import HTTPException
+from http.client import HTTPConnection, HTTPException
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
-from urllib.error import HTTPError
-from urllib.request import urlopen
 
 from radar_service.bench.kept_plots import named_files
 from radar_service.bench.run import pfa_of, threshold_kind
@@ -49,12 +47,9 @@ class Video:
         if (end := self.service.end) is not None:
             return f"the service has ended: {end}"
         try:
-            try:
-                answer = urlopen(f"http://{self.service.address}/api/health", timeout=HEALTH_SECONDS)
-            except HTTPError as error:  # 503 where a radar has failed
-                answer = error
-            with answer:
-                health = json.load(answer)
+            with closing(HTTPConnection(self.service.address, timeout=HEALTH_SECONDS)) as connection:
+                connection.request("GET", "/api/health")
+                health = json.load(connection.getresponse())  # of a radar that has failed, too
         except (OSError, HTTPException, ValueError) as error:
             return f"the service does not answer: {error}"
         faults = [radar["fault"] for radar in health["radars"] if radar["fault"]]
@@ -72,25 +67,20 @@ def video_of(scenario: Scenario, seed: int, plots: Path) -> Iterator[Video]:
     ids = [entry.id for entry in radar_entries(model_from(scene).radar)]
     radar = known_radar(scenario.radar, ids)
     make_folder(plots)
-    with TemporaryDirectory(dir=plots) as folder:
+    with ExitStack() as ending:
+        root = Path(ending.enter_context(folder := TemporaryDirectory(dir=plots)))
         for name, path in named_files(scene, scenario.folder).items():
-            make_folder((Path(folder) / name).parent)
-            shutil.copy(path, Path(folder) / name)
-        (file := Path(folder) / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
+            make_folder((root / name).parent)
+            shutil.copy(path, root / name)
+        (file := root / "scene.json").write_text(json.dumps(scene), encoding="utf-8")
         pace = 1.0 if scenario.answers == "ttm" else "max"
-        running = service(file, seed, pace, scenario.fidelity, ["--blind", *scenario.serve])
         try:
-            started = running.__enter__()
-        except RuntimeError as error:
-            raise VideoError(f"video: {scenario.name}: {error}") from None
-    try:
-        try:
+            started = ending.enter_context(service(file, seed, pace, scenario.fidelity, ["--blind", *scenario.serve]))
             release(started.address, [other for other in ids if other != radar])
         except RuntimeError as error:
             raise VideoError(f"video: {scenario.name}: {error}") from None
+        folder.cleanup()
         yield Video(_header(scenario, started.address, radar), started)
-    finally:
-        running.__exit__(None, None, None)
 
 
 def _header(scenario: Scenario, address: str, radar: str) -> dict[str, Any]:
@@ -103,7 +93,7 @@ def _header(scenario: Scenario, address: str, radar: str) -> dict[str, Any]:
     return {
         "feed": f"ws://{address}/api/radars/{radar}/feed", "address": address, "id": radar,
         "radar": {key: value for key, value in own.items() if key not in ("id", "name", "platform")},
-        "answers": scenario.answers, "plots": settings.model_dump(),
+        "origin": scene.origin, "answers": scenario.answers, "plots": settings.model_dump(),
     }  # fmt: skip
 
 
@@ -112,6 +102,4 @@ def program_on_video(tracker: str = "", answers: str = "tracks") -> str:
     answers plots without one; one that answers TTM behind what reads these."""
     if answers == "ttm":
         return f"{shlex.quote(sys.executable)} -m {TTM_CHILD} {tracker}"
-    return (
-        tracker if tracker and is_program(tracker) else shlex.join([sys.executable, "-m", CHILD, *filter(None, [tracker])])
-    )
+    return tracker if tracker and is_program(tracker) else shlex.join([sys.executable, "-m", CHILD, *tracker.split()])

@@ -6,11 +6,12 @@ It reads the video of a run, and gives the plots to a tracker by name; without o
 import json
 import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any, TextIO
 
-from radar_service.bench.run import extractor_of, tracker_input
+from radar_service.bench.run import extractor_of
 from radar_service.bench.scenario import PlotSettings
+from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.radar_feed import RemoteFeed
@@ -20,12 +21,12 @@ Line = Mapping[str, Any]
 
 
 def plots_of(video: Line, lines: Iterable[str]) -> Iterator[TrackerInput]:
-    """Yields the plots of a scan for each line. video: of a header. Raises RuntimeError where the feed ends."""
+    """Yields each line with the plots of its scan. video: of a header. Raises RuntimeError where the feed ends."""
     scene = load_scene({"name": "video", "radar": video["radar"]})
     extractor = extractor_of(PlotSettings(**video["plots"]), scene)
     feed = RemoteFeed(video["address"], video["id"], truth=False)
-    for _, scan in zip(lines, feed.scans(sys.maxsize), strict=False):  # a line first: the bench may end the run
-        yield tracker_input(scan, extractor.add(scan).plots, scene.radar.rotation_period)
+    for line, scan in zip(lines, feed.scans(sys.maxsize), strict=False):  # a line first: the bench may end the run
+        yield replace(scan_of(json.loads(line)), plots=extractor.add(scan).plots)
     feed.close()
 
 

@@ -1,8 +1,7 @@
 """How fast the aspect of a body changes the phases of its echoes, and where it has corners.
 
 An echo stands for `coherence` metres of the body. Their ends change their phase against its middle at the rate omega, which is
-k coherence x (rate of the line of sight in the body's frame). They are `upright` times as high as long, so roll and pitch
-count so many times.
+k coherence x (rate of the line of sight in the body's frame). Roll and pitch turn its height, `upright`, instead.
 """
 
 from collections.abc import Callable
@@ -26,7 +25,7 @@ class AspectRates:
     scene: with own ship, the radar and the sea.
     body: of the scene.
     radius: of the body [m]. size: its longest extent [m].
-    coherence: size [m] of what an echo stands for, at a distance [m]. upright: its height over that.
+    coherence: size [m] of what an echo stands for, at a distance [m]. upright: its height.
     """
 
     scene: Scene
@@ -34,7 +33,7 @@ class AspectRates:
     radius: float
     size: float
     coherence: Callable[[float], float]
-    upright: float
+    upright: Callable[[float], float]
 
     def track(self, time: Floats) -> tuple[Floats, Floats]:
         """Middle of the body relative to the antenna (K, 3) [m] and its heading (K,) [rad] at each time (K,) [s]."""
@@ -56,10 +55,10 @@ class AspectRates:
         antenna_height, middle = self.scene.radar.height, float(distance[len(distance) // 2])
         if self.scene.environment.multipath:
             rate += 2.0 * antenna_height * np.abs(radial) / nearest**2  # of the reflected ray against the direct one
-        rate *= self._phase_per_radian(middle)
+        rate *= self._phase_per_radian(self.coherence(middle))
         if self.body.motion.sway is not None:
             sway_rates = self.body.motion.sway_rates(time).T
-            rate += self._phase_per_radian(middle, self.upright) * self._tilt_rate(position, heading, nearest, sway_rates)
+            rate += self._phase_per_radian(self.upright(middle)) * self._tilt_rate(position, heading, nearest, sway_rates)
             rise = waterline_rise(self.body, sway_rates)
             rate += 8.0 * np.pi / self.scene.radar.wavelength * rise * antenna_height / nearest
         return np.asarray(rate)
@@ -76,16 +75,15 @@ class AspectRates:
         position, heading = self.track(time)
         aspect = np.unwrap(heading - np.arctan2(position[:, 0], position[:, 1]))
         distance = float(np.linalg.norm(position[len(position) // 2]))
-        step = np.diff(aspect) * self._phase_per_radian(distance)
+        step = np.diff(aspect) * self._phase_per_radian(self.coherence(distance))
         jump = np.abs(step[begins - 1] - (step[begins - 2] + step[begins]) / 2.0)
         kink = np.abs(step[begins] - step[begins - 2])
         fastest = np.abs(np.delete(step, begins - 1)).max()
         return np.asarray(begins[(jump > JUMP_PHASE) | (kink * min(spacing, 1.0 / max(fastest, 1e-12)) > KINK_PHASE)])
 
-    def _phase_per_radian(self, distance: float, longer: float = 1.0) -> float:
-        """Change of phase at the ends of what an echo stands for at a distance [m], while the body turns by 1 rad [rad]; longer:
-        how many times its coherence it is long."""
-        return 2.0 * np.pi / self.scene.radar.wavelength * min(self.size, longer * self.coherence(distance))
+    def _phase_per_radian(self, size: float) -> float:
+        """Change of phase at the ends of what an echo stands for, of a size [m], while the body turns by 1 rad [rad]."""
+        return 2.0 * np.pi / self.scene.radar.wavelength * min(self.size, size)
 
     def _tilt_rate(self, position: Floats, heading: Floats, nearest: Floats, sway_rates: Floats) -> Floats:
         """Rates (K,) [rad/s] at which roll and pitch turn the body against the line of sight. A rotation about the line of

@@ -2,9 +2,9 @@
 
 A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. Nodes lie on both
 sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between nodes the field is a sum of
-those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, linear between
-two. A body that hardly changes has one node. Where its heading, its course or those of own ship have a corner, a passage has
-parts, and no azimuth takes a node of another part. Where a shadow moves over a body, nodes are as close as `ShadowRates` asks.
+those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, quadratic
+between three. A body that hardly changes has one node. Where its heading, course, or those of own ship have a corner, a passage
+has parts, and no azimuth takes a node of another part. Where a shadow moves over a body, nodes are as `ShadowRates` asks.
 
 Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to first order: a field held over the phase theta
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.
@@ -37,6 +37,7 @@ FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most roo
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most
 NODES_PER_BODY = 48  # kept: those in use, and those of threads that are ahead
 SLOTS = 2  # of a scan, at whose ends sectors of bodies are computed
+MAIN_SLACK = 5.0  # times CHANGE that a field may be off at the edge of the main beam: 10 %, where 12 % are 1 dB
 MAX_ITERATIONS = 30  # towards the crossing; a body at 500 m and 40 kn takes 5
 CONVERGED = 1e-9  # turns: the crossing is rounded to a spoke, some 1e-4 of a turn
 MARGIN = 1.2  # nodes cover so much more than the beam's extent: bodies move meanwhile
@@ -71,7 +72,9 @@ class BeamPassages:
         self._middle = np.array([body.middle for body in bodies]).reshape(-1, 3)
         self._radius = np.array([body.radius for body in bodies])
         self._rates = [
-            AspectRates(scene, body, body.radius, body.diagonal, partial(model.coherence, local), model.upright)
+            AspectRates(
+                scene, body, body.radius, body.diagonal, partial(model.coherence, local), partial(model.upright, local)
+            )
             for (model, local, _), body in zip(self._aspects, bodies, strict=True)
         ]
         self._shadows = [ShadowRates(scene, body) for body in bodies]
@@ -97,8 +100,9 @@ class BeamPassages:
 
     def echoes(self, azimuths: AzimuthTimes, middle: float, half: float) -> list[ObservedEchoes]:
         """Echoes of all bodies that may lie within `half` of the bearing `middle` [rad] at these azimuths."""
-        spoke = self._scene.radar.spokes_at(azimuths.time)
-        parts = list[ObservedEchoes]()
+        if not len(self):
+            return []
+        spoke, parts = self._scene.radar.spokes_at(azimuths.time), list[ObservedEchoes]()
         present = self._line_of_sight.present(azimuths.middle)[self.key]
         for n, crossing in self.passing(azimuths.middle, middle, half):
             for part in self.parts(n, crossing, azimuths.middle) if present[n] else ():
@@ -218,7 +222,8 @@ class BeamPassages:
             return motion(offset) + CUBIC_PHASE * shadow * np.minimum(self._envelope_gain(away(offset)) / MAIN_BEAM, 1.0)
 
         def slack(nodes: Indices) -> Floats:
-            return MAIN_BEAM / np.clip(gain((nodes - crossing).astype(np.float64)), FAINT, MAIN_BEAM)
+            beam = np.maximum(gain((nodes - crossing).astype(np.float64)), FAINT)
+            return np.minimum(1.0 / beam, MAIN_SLACK * np.maximum(MAIN_BEAM / beam, 1.0))
 
         def evaluate(spokes: Sequence[int], at: int) -> list[Fields]:
             evaluated = [self.node(n, spoke, time).echoes for spoke in spokes]
@@ -239,7 +244,7 @@ class BeamPassages:
             )
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
             if casters and len(nodes) > 1:
-                unshaded = part_nodes(stretch, gain, motion, self._extent >= np.pi)
+                unshaded = crossing + part_nodes(stretch, gain, motion, self._extent >= np.pi)
                 nodes = telling_nodes(nodes, unshaded, slack, evaluate)
             parts.append(Part(first, last, nodes))
         return tuple(parts)

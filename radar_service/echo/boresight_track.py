@@ -11,8 +11,11 @@ from functools import cached_property
 import numpy as np
 
 from radar_service.echo.range_history import apparent_position
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import effective_earth_radius, wrap_angle
-from radar_service.numerics.types import Floats
+from radar_service.numerics.types import Floats, Indices
+from radar_service.scattering.model import BearingWedge
+from radar_service.scattering.resting_points import RestingPoints
 from radar_service.world.scene import Scene
 
 NODES = 5  # instants over a part of the track, through which it is a polynomial: 1e-9 m over 0.1 s of a roll of 8 s
@@ -22,7 +25,6 @@ NEWTON_STEPS = (
 )  # each squares the error of a crossing; where the antenna sways, it leaves 0.5 % of it (10 degrees in 8 s)
 BEARING_STEPS = 6  # towards the bearing on the map of a boresight; each leaves 2 % of the error at a roll of 12 degrees
 BEFORE = 1e-6  # s before the start, when own ship rests
-MAX_TURN = 0.5  # of the antenna's own turn: bearings that change faster are too near for a crossing
 
 
 @dataclass(frozen=True)
@@ -127,30 +129,17 @@ class TrackPart:
             values += coefficients[:, None]
         return values[:3].T, values[3], values[4:].T.reshape(-1, 3, 3) if self.sways else None
 
-    def crossings(self, position: Floats) -> Floats:
-        """Azimuth numbers (N,) at which boresight points at positions (N, 3) on the map [m], those about the middle; any beyond
-        twice the part where it points there no sooner."""
-        number, low, high = np.array([self.middle]), self.middle - 2.0 * self.half, self.middle + 2.0 * self.half
-        for _ in range(NEWTON_STEPS[self.sways]):
-            number = number + self._left_to_turn(number, position) / self.track.scene.radar.azimuth_step
-            number = np.minimum(np.maximum(number, low), high)
-        return number
-
-    def _left_to_turn(self, number: Floats, position: Floats) -> Floats:
-        """By how much (N,) [rad] boresight has yet to turn to positions (N, 3), whose bearings change meanwhile, from azimuth
-        numbers (N,), or one for all (1,)."""
-        antenna, _, level = self.at(number)
-        offset = position - antenna
-        left = wrap_angle(np.arctan2(*self.track.apparent(offset, level)) - self.track.bearing(number))
-        east, north, (along_east, along_north) = offset[:, 0], offset[:, 1], self._velocity(number)
-        change = (along_north * east - along_east * north) / np.maximum(east * east + north * north, 1.0)
-        return np.asarray(left / (1.0 - np.clip(change / self.track.turn_rate, -MAX_TURN, MAX_TURN)))
-
-    def _velocity(self, number: Floats) -> Floats:
-        """Velocity (2, N) of the antenna over the map [m/s]."""
-        u = (number - self.middle) / self.half
-        velocity = np.zeros((2, len(u)))
-        for power in range(NODES - 1, 0, -1):
-            velocity *= u
-            velocity += power * self.polynomial[power, :2, None]
-        return np.asarray(velocity / (self.half * self.track.scene.radar.spoke_period))
+    def passed(
+        self, points: RestingPoints, wedge: BearingWedge, first: float, end: float, beside: float
+    ) -> tuple[Indices, Floats, Floats]:
+        """Points (N,) in a wedge that face the antenna in the middle, and that boresight passes from azimuth number `first` to
+        before `end`; these numbers (N,); cosines (N,) of normals and lines of sight. Within `beside` [m], the middle passes."""
+        runs, radar = points.cells.within(wedge), self.track.scene.radar
+        room = int(np.sum(runs[1] - runs[0]))
+        which, (crossing, cosine) = np.empty(room, dtype=np.int64), np.empty((2, room))
+        sizes = len(runs[0]), len(points), room, self.polynomial.shape[1], NEWTON_STEPS[self.sways]
+        numbers = self.middle, self.half, float(first), float(end), radar.azimuth_step
+        bounds = float(np.cos(wedge.half)) if wedge.half < np.pi else -2.0, wedge.near, beside, self.track.earth_radius
+        taken = *runs, points.position, points.normal, points.one_sided, points.lift, self.polynomial
+        count = KERNELS.passed_points(*sizes, *numbers, *bounds, *taken, which, crossing, cosine)
+        return which[:count], crossing[:count], cosine[:count]

@@ -21,7 +21,6 @@ from radar_service.numerics.types import Complexes, Flags, Floats, Indices
 from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import local_attenuation, received_amplitude, two_way_phase
-from radar_service.scattering.fixed_scatterers import cosines
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
 from radar_service.scattering.resting_points import RestingPoints
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
@@ -93,16 +92,16 @@ class LandPassages:
         """The piece of that number; number 0 begins at azimuth number 0."""
         first, end = number * PIECE, (number + 1) * PIECE
         part = self.track.between(first - 1.0, end + 1.0)
-        (antenna,), _, _ = part.at(np.array([part.middle]))
-        way = self.way_at(part.middle)
+        antenna, way = part.polynomial[0, :3], self.way_at(part.middle)
         reach = way * (NEAR_CROSSING + (end - first + 2) * self._scene.radar.azimuth_step)
-        which, amplitude = self._facing(antenna, float(self.track.bearing(np.array(part.middle))), reach)
-        middles = self._middles(which)
-        beside = np.hypot(*(middles - antenna)[:, :2].T) <= reach
-        crossing = np.where(beside, part.middle, part.crossings(middles))
-        passed = np.flatnonzero((crossing >= first) & (crossing < end))
-        passed = passed[self._visible(which[passed], antenna, float(self._scene.radar.time_of_spokes(part.middle)))]
-        return self._evaluated(part, way, first, which[passed], crossing[passed], amplitude[passed])
+        sway, turn = self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
+        half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
+        wedge = BearingWedge(antenna, float(self.track.bearing(np.array(part.middle))), half, WIDE * reach)
+        which, crossing, cosine = part.passed(self.points, wedge, first, end, reach)
+        seen = self._visible(which, antenna, float(self._scene.radar.time_of_spokes(part.middle)))
+        which = which[seen]
+        amplitude = np.asarray(self.points.strength[which] * np.sqrt(cosine[seen]), dtype=np.complex128)
+        return self._evaluated(part, way, first, which, crossing[seen], amplitude)
 
     def _evaluated(
         self, part: TrackPart, way: float, first: int, which: Indices, crossing: Floats, amplitude: Complexes
@@ -122,22 +121,6 @@ class LandPassages:
         phase = two_way_phase(distance, self._scene.radar.wavelength)
         observed = self._observed(which[near], amplitude[near])
         return LandPiece(crossing[far] - first, distance, amplitude[far] * received * phase, observed, which[near])
-
-    def _facing(self, antenna: Floats, boresight: float, reach: float) -> tuple[Indices, Complexes]:
-        """Points (N,) about a boresight [rad] that face the antenna (3,) in the middle of a piece, and their roots of
-        cross-sections [m]; those that the beam may pass meanwhile, all within `reach` [m], and some more."""
-        points, sway, turn = self.points, self._scene.own_ship.sway, PIECE * self._scene.radar.azimuth_step
-        half = MARGIN * turn / 2.0 + (0.0 if sway is None else sway.max_tilt)
-        wedge = BearingWedge(antenna, boresight, half, WIDE * reach)
-        which = points.cells.within(wedge)
-        position = points.position.take(which, axis=0)
-        inside = np.flatnonzero(wedge.contains(position))
-        which = which[inside]
-        normal = points.normal.take(which, axis=0)
-        cosine = cosines(position.take(inside, axis=0), normal, antenna, self._earth_radius)
-        cosine = np.where(points.one_sided[which], cosine, np.abs(cosine))
-        facing = np.flatnonzero(cosine > 0.0)
-        return which[facing], np.asarray(points.strength[which[facing]] * np.sqrt(cosine[facing]), dtype=np.complex128)
 
     def _visible(self, which: Indices, antenna: Floats, time: float) -> Indices:
         """Indices of those of points `which` (N,) that the antenna (3,) has a line of sight to at `time` [s]."""

@@ -43,7 +43,7 @@ from radar_service.world.scene import Scene
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
 FEW_ECHOES = 512  # around a tile: a block of their own takes longer than to compute them at twice as many azimuths
-FAR_STEPS = 400  # visibility steps, 2 km in `balanced`
+FAR = 400.0  # times the way within a block
 ECHOES_PER_PART = 8192  # arrays of 16 azimuths by so many echoes stay in the L2 cache
 
 
@@ -125,14 +125,15 @@ class MovingEchoes:
         """How many of these azimuths, all of one visibility step, to compute together: all where the beam meets few echoes.
 
         usual: where it meets many, as each is computed at all azimuths of a block; in a seaway and for bodies by aspect, which
-        change faster; and within FAR_STEPS. Beyond, as a block is no longer than a step, elevations change by at most 1/800 of
-        themselves in half a block and range leaves its parabola by 6e-8 of a step: less than in usual blocks nearer by.
+        change faster; and within FAR times the way in a block. Beyond, elevations change by at most 1/800 of themselves in half a
+        block, and range leaves its parabola by 6e-8 of the way: less than in usual blocks nearer by.
         """
         if usual == 1 or len(azimuths.time) <= usual or self._sways or not len(self):
             return usual
         middle, half = self._sector(azimuths)
         snapshot, around = self._around(azimuths, middle, half)
-        few = len(around) <= FEW_ECHOES and snapshot.nearest > FAR_STEPS * self.visibility.step
+        way = self.visibility.step * float(azimuths.time[-1] - azimuths.time[0]) / self.visibility.interval
+        few = len(around) <= FEW_ECHOES and snapshot.nearest > FAR * way
         return len(azimuths.time) if few and not self.passages.passing(azimuths.middle, middle, half) else usual
 
     def passing(self, azimuths: AzimuthTimes) -> list[ObservedEchoes]:

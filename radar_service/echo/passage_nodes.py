@@ -3,18 +3,21 @@
 A passage has parts, between which the motion has a corner: no field is interpolated across one. Each part has nodes of its own.
 """
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics.types import Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
 CUBIC_PHASE = 0.8  # rad between nodes of these: up to 3 theta^4 / 128 is lost on the way, 1 %, in the outer intervals 1.7 %
 ALL_ROUND = 0.5  # of both phases where the full circle of the beam counts: what is lost is a quarter, of cubics a sixteenth
+QUADRATIC_PHASE = 0.6  # rad between three nodes: up to theta^3 / 15.6 is lost on the way, 1.4 %
 HELD_PHASE = 0.33  # rad times gain, or rms over the beam: up to it a node is held; 3 times as much errs no more (tests)
+END_PHASE = HELD_PHASE / 6.0  # rad times gain: no node lies farther out than where one may be held with that
 EDGE_PHASE = 0.25  # rad at the edge of the main beam: one node errs by 4 %, at 0.5 rad by 12 % (tests/echo)
 MAIN_BEAM = 0.1  # one-way gain: 20 dB of two-way power, down to which each spoke keeps its aspect to 1 dB
 CUBIC = 4  # nodes, between which fields are interpolated by cubics
@@ -88,7 +91,7 @@ class Side(NamedTuple):
     def nodes(self, spacing: Floats, first: int) -> Indices:
         """Whole distances (M,) of nodes from `first` on; none is beyond a corner."""
         end = self.away[-1]
-        nodes = outward_nodes(self.away, spacing, self.rate * (end - self.away) * self.gain <= HELD_PHASE, first)
+        nodes = outward_nodes(self.away, spacing, self.rate * (end - self.away) * self.gain, first)
         return np.minimum(nodes, round(end)) if self.corner else nodes
 
 
@@ -111,20 +114,24 @@ def part_nodes(
         for side, corner in zip((before, after), corners, strict=True)
     ]
     finer, longest = ALL_ROUND if all_round else 1.0, stretch.last - stretch.first
-    cubic = _nodes_about(sides, [side.spacing(finer * CUBIC_PHASE, 4, longest) for side in sides], all_round)
-    if len(cubic) >= CUBIC:
-        return cubic + round(near)
+    for phase, order in ((QUADRATIC_PHASE, 3), (CUBIC_PHASE, CUBIC)):
+        nodes = _nodes_about(sides, [side.spacing(finer * phase, order, longest) for side in sides], all_round)
+        if len(nodes) == 3 or len(nodes) >= order == CUBIC:
+            return nodes + round(near)
     return _nodes_about(sides, [side.spacing(finer * MAX_PHASE, 2, longest) for side in sides], all_round) + round(near)
 
 
 def _nodes_about(sides: list[Side], spacing: list[Floats], centred: bool) -> Indices:
     """Distances (M,) of nodes on both sides, negative before. Both begin half an interval away, or with a node between them
-    where there is one side alone, or where it is `centred`."""
-    first = 0 if centred or min(side.away[-1] for side in sides) == 0.0 else max(1, int(min(s[:2].min() for s in spacing)))
-    before, after = (
-        side.nodes(s, begin) for side, s, begin in zip(sides, spacing, (first // 2, first - first // 2), strict=True)
-    )
-    return np.unique(np.concatenate([-before, after]))
+    where that takes fewer, where there is one side alone, or where it is `centred`."""
+    alone, first = centred or min(side.away[-1] for side in sides) == 0.0, max(1, int(min(s[:2].min() for s in spacing)))
+
+    def about(first: int) -> Indices:
+        begins = first // 2, first - first // 2
+        before, after = (side.nodes(s, begin) for side, s, begin in zip(sides, spacing, begins, strict=True))
+        return np.unique(np.concatenate([-before, after]))
+
+    return min(map(about, (0,) if alone else (0, first)), key=len)
 
 
 def held_spokes(stretch: Stretch, gain: Callable[[Floats], Floats]) -> float:
@@ -135,27 +142,30 @@ def held_spokes(stretch: Stretch, gain: Callable[[Floats], Floats]) -> float:
     return float(max(spread / HELD_PHASE, away[weight >= MAIN_BEAM].max(initial=0.0) / EDGE_PHASE))
 
 
-def outward_nodes(offset: Floats, spacing: Floats, held: Flags, first: int) -> Indices:
+def outward_nodes(offset: Floats, spacing: Floats, missed: Floats, first: int) -> Indices:
     """Whole offsets (M,) from `first` on [spokes], as far apart as `spacing` (S,) allows at each of `offset` (S,).
 
-    They end past the last offset, or where the last node may be held (S,) from there on.
+    They end past the last offset, or as soon as the last node may be held from there on. missed: phase times gain (S,)
+    that the last node is off by at most [rad].
     """
     nodes = [first]
+    last = math.ceil(offset[(missed <= END_PHASE) | (offset == offset[-1])][0])
     while nodes[-1] < offset[-1]:
         after = min(int(np.searchsorted(offset, nodes[-1], side="right")), len(offset) - 1)
-        if held[after - 1]:
+        if missed[after - 1] <= HELD_PHASE:
             break
-        nodes.append(nodes[-1] + max(1, int(min(spacing[after - 1], spacing[after]))))
+        step = max(1, int(min(spacing[after - 1], spacing[after])))
+        nodes.append(min(nodes[-1] + step, max(last, nodes[-1] + 1)))
     return np.array(nodes, dtype=np.int64)
 
 
 def node_weights(nodes: Indices, spoke: Floats) -> Singles:
     """Weights (M, K) of nodes (M,) at spokes (K,), those of the outer nodes beyond them.
 
-    Of four nodes or more they are cubic between the nearest four (Lagrange), of fewer linear between neighbours.
+    Of four nodes or more they are cubic between the nearest four (Lagrange), of three quadratic, of two linear.
     """
     within = np.clip(spoke, nodes[0], nodes[-1])
-    order = CUBIC if len(nodes) >= CUBIC else min(2, len(nodes))
+    order = min(CUBIC, len(nodes))
     after = np.searchsorted(nodes, within, side="right")
     first = np.clip(after - order // 2, 0, len(nodes) - order)
     near = first + np.arange(order)[:, None]

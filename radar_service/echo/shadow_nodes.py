@@ -2,7 +2,7 @@
 
 How fast a shadow may move bounds how close nodes must be (`ShadowRates`), mostly at every spoke. But most of the time
 its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where one about the middle between
-two is not on a line between both, the halves are divided likewise, down to neighbours.
+two is off what those so far have there, by the same cubics as spokes, the halves are divided likewise, down to neighbours.
 
 What is lit up to an edge that moves along a side has a Doppler shift of its own: its phase may turn several times between nodes.
 Whole turns from one to the next look like none, so the two halves of a gap have no common divisor.
@@ -10,11 +10,13 @@ Whole turns from one to the next look like none, so the two halves of a gap have
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.echo.passage_nodes import node_weights
+from radar_service.numerics.types import Complexes, Floats, Indices, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import BodyEchoes, Caster
 from radar_service.scattering.predictions import NEAREST
@@ -23,7 +25,7 @@ from radar_service.world.scene import Scene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
 SKIPPED = 16  # a power of two: the edge of a shadow moves by up to 0.016 of the body between nodes that are always evaluated
-CHANGE = 0.02  # of the field, by which the one in the middle may be off the line: what is between errs by less
+CHANGE = 0.02  # of the field, by which the one in the middle may be off its neighbours: what is between errs by less
 GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
 BITS = 20  # of a coordinate in steps of GRID
 
@@ -88,26 +90,28 @@ def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], 
     unshaded: nodes (U,) that the motion needs without a shadow. slack: how many times CHANGE the field at spokes (K,) may be off.
     evaluate: the fields at nodes, as they are at one spoke.
     """
-    stride, last = SKIPPED, len(nodes) - 1
-    if len(unshaded) > 1:
-        while stride > 1 and np.max(nodes[stride:] - nodes[:-stride], initial=0) > np.diff(unshaded).min():
-            stride //= 2
-    firm = sorted({*range(0, last, stride), last})
+    moving = np.abs(nodes - unshaded[:, None]).argmin(axis=1).tolist() if len(unshaded) > 1 else ()
+    ends = np.unique([0, *moving, len(nodes) - 1])
+    firm = np.unique(
+        [round(k) for low, high in pairwise(ends) for k in np.linspace(low, high, -(-(high - low) // SKIPPED) + 1)]
+    ).tolist()
     size = max(float(np.linalg.norm(evaluate([int(nodes[row])], int(nodes[row]))[0].field)) for row in firm)
     allowed = CHANGE * size * slack(nodes)
-    chosen = set(firm)
-    left = list(zip(firm[:-1], firm[1:], strict=True))
-    while left:
-        begin, end = left.pop()
-        if end - begin < 2:
-            continue
-        middle = _middle(nodes, begin, end)
-        chosen.add(middle)
-        share = float((nodes[middle] - nodes[begin]) / (nodes[end] - nodes[begin]))
-        before, between, after = evaluate(nodes[[begin, middle, end]].tolist(), int(nodes[middle]))
-        if _bend(before, between, after, share) > allowed[middle]:
-            left += [(begin, middle), (middle, end)]
-    return nodes[_graded(sorted(chosen))]
+    chosen, gaps = firm, list(pairwise(firm))
+    while gaps:
+        halved = [(begin, _middle(nodes, begin, end), end) for begin, end in gaps if end - begin > 1]
+        gaps, known, off = [], nodes[chosen], np.zeros(len(halved) + 2, dtype=np.bool_)
+        for k, (_, middle, _) in enumerate(halved):
+            weight = node_weights(known, nodes[[middle]].astype(np.float64))[:, 0]
+            near = np.flatnonzero(weight)
+            exact, *others = evaluate([int(nodes[middle]), *known[near].tolist()], int(nodes[middle]))
+            error = _difference(exact, others, weight[near])
+            off[k + 1] = error > allowed[middle]
+            chosen = chosen if error <= allowed[middle] / 2.0 else sorted([*chosen, middle])
+        for k, (begin, middle, end) in enumerate(halved):  # one beside such a gap may be right by chance
+            gaps += [(begin, middle), (middle, end)] if off[k : k + 3].any() else []
+        chosen = sorted({*chosen, *(end for _, end in gaps[:-1])})
+    return nodes[_graded(chosen)]
 
 
 def _middle(nodes: Indices, begin: int, end: int) -> int:
@@ -134,10 +138,11 @@ def _graded(chosen: Sequence[int]) -> Indices:
     return np.array(every, dtype=np.int64)
 
 
-def _bend(before: Fields, middle: Fields, after: Fields, share: float) -> float:
-    """By how much fields are off the line between those before and after, a share of the way, key by key; a root of powers."""
-    field = np.concatenate([before.field * (1.0 - share), -middle.field, after.field * share])
-    _, place = np.unique(np.concatenate([before.key, middle.key, after.key]), return_inverse=True)
+def _difference(exact: Fields, others: Sequence[Fields], weights: Singles) -> float:
+    """By how much a field is off the weighted sum of others (N,), key by key; a root of powers."""
+    weighted = [other.field * weight for other, weight in zip(others, weights, strict=True)]
+    field = np.concatenate([-exact.field, *weighted])
+    _, place = np.unique(np.concatenate([exact.key, *(other.key for other in others)]), return_inverse=True)
     return float(np.linalg.norm(np.bincount(place, field.real) + 1j * np.bincount(place, field.imag)))
 
 

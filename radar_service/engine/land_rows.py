@@ -7,12 +7,14 @@ the range: by rings, even in 1 / R.
 """
 
 import math
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
 
 from radar_service.echo.block_geometry import ObservedEchoes
+from radar_service.echo.boresight_track import BoresightTrack
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
 from radar_service.echo.moving import MovingEchoes
@@ -29,6 +31,8 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.models import scattering_model
 from radar_service.stages.registry import changed_pattern
 from radar_service.world.body import Body
+from radar_service.world.motion import Motion
+from radar_service.world.platform import Platform
 from radar_service.world.scene import Scene
 
 RINGS = 8  # bearings of points in a ring differ by less than 1/16 of what they change 150 m off
@@ -37,6 +41,7 @@ ENOUGH = 4.4  # of oversampling: more rows err as much; of wide beams 2.9 leaves
 WIDTHS = 2.0  # beamwidths off boresight up to which the phase that is left counts: beyond, sidelobes are below -26 dB
 EDGE = 8  # rows beyond the beam, into which the correction for the kernel reaches
 SPARE = 4  # pieces kept beyond those of a tile: threads may be so many apart before one is computed again
+KEPT = 2**15  # rows in the beam of all weights kept: at 32 azimuths and 3 rings 25 MB
 VISIBLE = 0.35  # of all points of a low coast, or of buildings (tests/measurements)
 # Measured there: CPU time of an echo at an azimuth, of a point once a passage, but for its line of sight, which range histories
 # need as often, and of a row of the grid, twice as long to be sure
@@ -91,6 +96,7 @@ class LandRows:
         covered = 2.0 * (self._extent / radar.azimuth_step * self._rows_per_azimuth + EDGE + self._kernel.width)
         pieces = 2 + int(covered) // self._rows_per_piece + SPARE
         self._pieces: ResultCache[int, GridPiece] = ResultCache(pieces, scene.revision)
+        self._kept: ResultCache[tuple[int | bytes, ...], Profiles] = ResultCache(1 + KEPT // int(covered))
 
     def holds(self, azimuths: AzimuthTimes) -> bool:
         """Whether the land at these azimuths is taken from the grid."""
@@ -106,15 +112,22 @@ class LandRows:
         """How many echoes the pieces have that the beam may meet at these azimuths."""
         return sum(self._piece(number).echoes for number in self._pieces_of(azimuths))
 
-    def spectrum(self, azimuths: AzimuthTimes) -> Profiles:
-        """Spectra (K, size) of the grid rows of all other land, before compression."""
+    def spectrum(self, azimuths: AzimuthTimes, moving: Profiles | None = None) -> Profiles:
+        """Spectra (K, size) of the grid rows of all other land, before compression; and of rows `moving` (K, size) by R - S."""
         total = self._rows(azimuths)
-        shift = self.passages.track.shift(azimuths.number.astype(np.float64))
+        if moving is not None:
+            total += moving
+        shift = self.shift(azimuths)
         spectrum: Profiles = scipy.fft.fft(total, axis=1, overwrite_x=True)
-        columns = scipy.fft.fftfreq(self._compression.size) / self._scene.radar.range_step
-        turns = shift[:, None] * (columns + 2.0 / self._scene.radar.wavelength)
-        spectrum *= turned_back((2.0 * np.pi * (turns - np.rint(turns))).astype(np.float32))
+        columns = 2.0 * np.pi * scipy.fft.fftfreq(self._compression.size) / self._scene.radar.range_step
+        phase = shift.astype(np.float32)[:, None] * columns.astype(np.float32)
+        phase += (4.0 * np.pi / self._scene.radar.wavelength * shift % (2.0 * np.pi)).astype(np.float32)[:, None]
+        spectrum *= turned_back(phase)
         return spectrum
+
+    def shift(self, azimuths: AzimuthTimes) -> Floats:
+        """S (K,) at these azimuths [m]."""
+        return self.passages.track.shift(azimuths.number.astype(np.float64))
 
     def _rows(self, azimuths: AzimuthTimes) -> Profiles:
         """Rows (K, size) of these azimuths, with columns (R - S) / step."""
@@ -126,7 +139,7 @@ class LandRows:
         first = min((piece.first_column for piece in pieces.values()), default=0)
         last = max((piece.first_column + piece.rows.shape[1] for piece in pieces.values()), default=0)
         filled = [ring for ring in range(RINGS) if max(edges[ring], first) < min(edges[ring + 1], last)]
-        for ring, weights in zip(filled, self._weights(azimuths, rows, self._ring_middle[filled]), strict=True):
+        for ring, weights in zip(filled, self._weights(azimuths, rows, filled), strict=True):
             for number, piece in pieces.items():
                 begin = max(edges[ring], piece.first_column)
                 end = min(edges[ring + 1], piece.first_column + piece.rows.shape[1])
@@ -166,11 +179,28 @@ class LandRows:
         rows = spread(shape, row, column - first, piece.amplitude, self._table, KernelTable(self._compression.tables[0]))
         return GridPiece(rows, first, piece.near, piece.near_points, len(piece.row) + len(piece.near.echoes))
 
-    def _weights(self, azimuths: AzimuthTimes, rows: Indices, distance: Floats) -> Profiles:
-        """The field (D, K, R) at each azimuth of what boresight points at on each row, `distance` (D,) [m] away, over that on
-        boresight and without the change of S; corrected for the kernel along azimuth."""
-        radar, track = self._scene.radar, self.passages.track
-        at, number = rows / self._rows_per_azimuth, azimuths.number.astype(np.float64)
+    def _weights(self, azimuths: AzimuthTimes, rows: Indices, rings: list[int]) -> Profiles:
+        """The weights (D, K, R) of rows at each azimuth in rings (D,), kept from scan to scan while own ship goes straight."""
+        radar, number, motion = self._scene.radar, azimuths.number, self._scene.own_ship
+        before = int(number[0]) // radar.azimuths * radar.azimuths
+        rows_before, distance = before * self._rows_per_piece // PIECE, self._ring_middle[rings]
+        velocity = motion.pose(radar.time_of_spokes(rows / self._rows_per_azimuth)).velocity
+        turns = motion.sway is not None or bool((velocity != velocity[0]).any()) or rows[0] < 0
+        if turns or rows_before * PIECE != before * self._rows_per_piece:
+            return self._on_boresight(self.passages.track, number, rows, distance)
+
+        def computed() -> Profiles:
+            steady = Motion(np.array([-radar.rotation_period]), np.zeros((1, 3)), np.zeros(1), velocity[0])
+            track = BoresightTrack(replace(self._scene, platform=Platform(steady)))
+            return self._on_boresight(track, number - before, rows - rows_before, distance)
+
+        return self._kept.get((int(number[0]) - before, len(number), *rings, velocity[0].tobytes()), computed)
+
+    def _on_boresight(self, track: BoresightTrack, numbers: Indices, rows: Indices, distance: Floats) -> Profiles:
+        """The field (D, K, R) at azimuth numbers (K,) of what boresight points at on each row, `distance` (D,) [m] away, over
+        that there and without the change of S; corrected for the kernel along azimuth."""
+        radar = self._scene.radar
+        at, number = rows / self._rows_per_azimuth, numbers.astype(np.float64)
         point = track.points_on_boresight(at, distance, GROUND)
         offset = point[:, :, None] - track.antenna(number)
         passed, now = (slant_range(each, track.earth_radius) for each in (point - track.antenna(at), offset))

@@ -24,7 +24,7 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
-from radar_service.propagation.radar_equation import local_attenuation
+from radar_service.propagation.radar_equation import local_attenuation, two_way_phase
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.receive.noise import integrate
@@ -60,7 +60,8 @@ def profiles(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions |
     if record is not None:
         record.transmitting = ~blind
     rows = moving_rows(prepared, azimuths, record)
-    field = receive(prepared, azimuths, rows, blind, land_spectra(prepared, azimuths))
+    land = land_spectra(prepared, azimuths, rows)
+    field = receive(prepared, azimuths, rows if land is None else None, blind, land)
     if record is not None:
         record.rows = with_silence(rows if record.rows is None else record.rows, blind)
     add_resting(prepared, field, azimuths, blind)
@@ -81,7 +82,7 @@ def contributions(prepared: Prepared, azimuths: AzimuthTimes) -> Contributions:
 
 
 def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contributions | None = None) -> Profiles | None:
-    """Moving echoes spread on grid rows (K, size), before compression, without those of `land_spectra`; None without any.
+    """Moving echoes on grid rows (K, size) before compression, None without any; without land and by R - S for `land_spectra`.
 
     record: gets what the stages add. Land there has a row for each echo, from which sources are told apart.
     """
@@ -90,15 +91,16 @@ def moving_rows(prepared: Prepared, azimuths: AzimuthTimes, record: Contribution
     assert prepared.land is not None
     if record is not None:
         record.rows = echo_rows(prepared, azimuths, record)
-    return echo_rows(prepared, azimuths, near_land=prepared.land.near(azimuths))
+    return echo_rows(prepared, azimuths, None, prepared.land.near(azimuths), prepared.land.shift(azimuths))
 
 
-def land_spectra(prepared: Prepared, azimuths: AzimuthTimes) -> Profiles | None:
-    """Spectra (K, size) of grid rows of land under way, before compression; None where it has range histories, or is none."""
+def land_spectra(prepared: Prepared, azimuths: AzimuthTimes, moving: Profiles | None) -> Profiles | None:
+    """Spectra (K, size) of grid rows of land under way and `moving_rows`, before compression; None where land has range
+    histories, or is none."""
     if not land_holds(prepared, azimuths):
         return None
     assert prepared.land is not None
-    return prepared.land.spectrum(azimuths)
+    return prepared.land.spectrum(azimuths, moving)
 
 
 def land_holds(prepared: Prepared, azimuths: AzimuthTimes) -> bool:
@@ -111,16 +113,17 @@ def echo_rows(
     azimuths: AzimuthTimes,
     record: Contributions | None = None,
     near_land: ObservedEchoes | None = None,
+    shift: Floats | None = None,
 ) -> Profiles | None:
     """Moving echoes, each with its range history, spread on grid rows (K, size); None where there are none.
 
-    near_land: the only echoes of land that count; None: all of them.
+    near_land: the only echoes of land that count; None: all of them. shift: (K,) that ranges, and their phases, are less [m].
     """
     rows: Profiles | None = None
     if _nothing_moves(prepared):
         return rows
     compression = prepared.compression
-    for first, stop in blocks(prepared, azimuths):
+    for first, stop in blocks(prepared, azimuths, near_land):
         echoes = moving_echoes(prepared, azimuths.part(first, stop), near_land)
         if not len(echoes.range):
             continue
@@ -128,9 +131,12 @@ def echo_rows(
             record.echoes.append((first, stop, echoes))
         if rows is None:
             rows = np.zeros((len(azimuths.time), compression.size), dtype=np.complex64)
-        step = prepared.scene.radar.range_step
-        migration = echoes.range_migration * np.float32(1.0 / step)
-        compression.spread(rows[first:stop], column(echoes.range, step), migration, echoes.amplitude)
+        step, distance, migration, amplitude = prepared.scene.radar.range_step, *echoes[:3]
+        if shift is not None:
+            less = shift[first:stop]
+            distance, migration = distance - less[0], migration - (less - less[0]).astype(np.float32)
+            amplitude = amplitude * two_way_phase(-less, prepared.scene.radar.wavelength).astype(np.complex64)
+        compression.spread(rows[first:stop], column(distance, step), migration * np.float32(1.0 / step), amplitude)
     return rows
 
 
@@ -152,10 +158,10 @@ def visibility_steps(prepared: Prepared, azimuths: AzimuthTimes) -> Indices:
     return np.asarray(azimuths.time // prepared.moving.visibility.interval, dtype=np.int64)
 
 
-def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, int]]:
+def blocks(prepared: Prepared, azimuths: AzimuthTimes, near_land: ObservedEchoes | None = None) -> Iterator[tuple[int, int]]:
     """First and end of the blocks of a tile, each within one visibility step, so that no azimuth has the shadows of another.
 
-    Neither does a body come or go within a block.
+    Neither does a body come or go within a block. near_land: as of `echo_rows`.
     """
     steps, usual = visibility_steps(prepared, azimuths), prepared.fidelity.azimuths_per_block
     edges = {0, len(steps)}
@@ -163,7 +169,7 @@ def blocks(prepared: Prepared, azimuths: AzimuthTimes) -> Iterator[tuple[int, in
         edges.update((np.flatnonzero(np.diff(steps)) + 1).tolist())
     edges.update(first for first, _ in prepared.line_of_sight.presences.spans(azimuths.time))
     for start, end in pairwise(sorted(edges)):
-        few = prepared.land is None
+        few = prepared.land is None or (near_land is not None and not len(near_land.echoes))
         size = prepared.moving.block_size(azimuths.part(start, end), usual) if few else usual
         for first in range(start, end, size):
             yield first, min(first + size, end)
@@ -201,7 +207,7 @@ def receive(
     compression = prepared.compression
     spectrum = compression.joined_spectrum(with_silence(rows, blind), with_silence(land, blind))
     if prepared.scene.environment.noise:
-        rng = _noise_generator(prepared, azimuths)
+        rng = _noise_generator(prepared, int(azimuths.number[0]))
         if spectrum is None:
             spectrum = compression.noise.draw(len(azimuths.time), rng)
         else:
@@ -211,9 +217,9 @@ def receive(
     return compression.from_spectrum(spectrum)
 
 
-def _noise_generator(prepared: Prepared, azimuths: AzimuthTimes, *purpose: int) -> np.random.Generator:
-    """Random numbers of a tile's receiver noise."""
-    scan, index = divmod(int(azimuths.number[0]), prepared.scene.radar.azimuths)
+def _noise_generator(prepared: Prepared, number: int, *purpose: int) -> np.random.Generator:
+    """Random numbers of the receiver noise of the tile that begins with a spoke of this number."""
+    scan, index = divmod(number, prepared.scene.radar.azimuths)
     return generator(prepared.seed, NOISE, *prepared.scene.random_key, scan, index // prepared.tile, *purpose)
 
 
@@ -222,12 +228,15 @@ def _integrate(prepared: Prepared, azimuths: AzimuthTimes, field: Profiles) -> N
     radar = prepared.scene.radar
     if radar.pulses_integrated > 1 and prepared.scene.environment.noise:
         noise = receiver_noise_power(radar)
-        integrate(field, radar.pulses_integrated, noise, _noise_generator(prepared, azimuths, radar.pulses_integrated))
+        rng = _noise_generator(prepared, int(azimuths.number[0]), radar.pulses_integrated)
+        integrate(field, radar.pulses_integrated, noise, rng)
 
 
-def noise_amplitude(prepared: Prepared, azimuths: AzimuthTimes) -> float:
-    """The greatest amplitude [sqrt(W)] of the noise of a tile, beyond the last bin too."""
-    noise = prepared.compression.noise.draw(len(azimuths.time), _noise_generator(prepared, azimuths))
+def noise_amplitude(prepared: Prepared, number: int) -> float:
+    """The greatest amplitude [sqrt(W)] of the noise of the tile that begins with a spoke of this number, beyond the last bin
+    too."""
+    rows = min(prepared.tile, prepared.scene.radar.azimuths - number % prepared.scene.radar.azimuths)
+    noise = prepared.compression.noise.draw(rows, _noise_generator(prepared, number))
     return float(np.abs(scipy.fft.ifft(noise, axis=1, overwrite_x=True)).max())
 
 

@@ -87,12 +87,12 @@ def map_from_body(points: Floats, position: Floats, heading: float) -> Floats:
 
 
 def turned(points: Floats, cosine: Floats, sine: Floats) -> Floats:
-    """Points (3,) or (K, 3) [m] of bodies' own frames along the map's axes (K, 3) [m], for cosine and sine (K,) of headings.
+    """Points (3,) or (K, 3) [m] of bodies' own frames along the map's axes (K, 3) [m]; cosine, sine: (K,) or (1,) of headings.
 
     Each coordinate is contiguous in memory, because callers go on with one coordinate at a time.
     """
     east, north, up = points[..., 0], points[..., 1], points[..., 2]
-    along = np.empty((3, *cosine.shape))
+    along = np.empty((3, *np.broadcast_shapes(east.shape, cosine.shape)))
     along[0], along[1], along[2] = cosine * east + sine * north, cosine * north - sine * east, up
     return along.T
 

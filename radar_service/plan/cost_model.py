@@ -207,9 +207,10 @@ def _compute(prepared: Prepared, tile: int, watch: Stopwatch) -> None:
         for first, stop in blocks(prepared, azimuths) if stage.has_echoes else ():
             stage.echoes(azimuths.part(first, stop))
         watch.add_effect(name)
-    rows, land = moving_rows(replace(prepared, stages={}), azimuths), land_spectra(prepared, azimuths)
+    rows = moving_rows(replace(prepared, stages={}), azimuths)
+    land = land_spectra(prepared, azimuths, rows)
     watch.add("moving")
-    profiles = receive(prepared, azimuths, rows, blind, land)
+    profiles = receive(prepared, azimuths, rows if land is None else None, blind, land)
     watch.add("receiver")
     add_resting(prepared, profiles, azimuths, blind)
     watch.add("profiles")

@@ -4,8 +4,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from radar_service.numerics.types import Floats, Indices
@@ -51,10 +49,21 @@ def clusters(detections: Detections, rule: ClusterRule) -> Indices:
     start = np.flatnonzero(begins)
     stop = np.append(start[1:], len(order)) - 1
     pairs = _touching_runs(spoke[start], cell[start], cell[stop], rule)
-    graph = coo_array((np.ones(len(pairs), dtype=np.int8), (pairs[:, 0], pairs[:, 1])), shape=(len(start), len(start)))
     label = np.empty(len(order), dtype=np.int64)
-    label[order] = np.repeat(connected_components(graph, directed=False)[1], stop + 1 - start)
+    label[order] = np.repeat(_connected(len(start), *pairs.T), stop + 1 - start)
     return label
+
+
+def _connected(count: int, first: Indices, second: Indices) -> Indices:
+    """The number (count,) of the component of each node, by rising first node; first, second: pairs (P,) of nodes that touch."""
+    least = np.arange(count)
+    while len(first):
+        low, high = np.minimum(least[first], least[second]), np.maximum(least[first], least[second])
+        apart = low != high
+        first, second = first[apart], second[apart]
+        np.minimum.at(least, high[apart], low[apart])
+        least = _tops(least)
+    return np.unique(least, return_inverse=True)[1]
 
 
 def _touching_runs(spoke: Indices, first: Indices, last: Indices, rule: ClusterRule) -> Indices:

@@ -16,7 +16,7 @@ MAIN_LOBE = 0.01  # of the two-way gain on boresight: sidelobes are weaker
 NOISE_PEAK = 2.5  # times the mean noise amplitude: noise adds that much to a sidelobe in one cell of 500
 FANOUT = 8  # detections in a box, and boxes in a larger one
 STRIPE = 256  # spokes whose detections are sorted by range together: sidelobes reach farther in azimuth than in range
-TOGETHER = 2048  # queries that search at once, which bounds the memory
+TOGETHER = 2048  # queries that search at once, which bounds the memory; so few pairs need no search
 
 
 class SidelobeGate:
@@ -55,7 +55,11 @@ class SidelobeGate:
                 other & self._explains(power[query], every.power[echo], self._azimuth[apart], along), dtype=np.bool_
             )
 
-        explained = DetectionTree(every).any(len(peak), may, does)
+        if (pairs := len(peak) * len(every)) > TOGETHER:
+            explained = DetectionTree(every).any(len(peak), may, does)
+        else:
+            answers = does(*np.divmod(np.arange(pairs), max(1, len(every))))
+            explained = np.asarray(answers.reshape(len(peak), len(every)).any(axis=1))
         return np.asarray(explained | (np.sqrt(power) <= self._noise), dtype=np.bool_)
 
     def _explains(self, power: Floats, echo: Floats, across: Floats, along: Indices) -> Flags:

@@ -23,7 +23,7 @@ class GaussianSpectrum:
         self._weight = np.repeat(np.concatenate([weight[:above], weight[size - below :]]), 2).astype(np.float32)
 
     def draw(self, rows: int, rng: np.random.Generator) -> Profiles:
-        """Spectra (rows, size)."""
+        """Spectra (rows, size). rng: new, of SFC64, which stays as it is."""
         spectrum = np.empty((rows, self._size), dtype=np.complex64)
         self._write(spectrum, rng, 0)
         return spectrum
@@ -35,9 +35,9 @@ class GaussianSpectrum:
     def _write(self, spectrum: Profiles, rng: np.random.Generator, adds: int) -> None:
         """Writes weighted draws, or adds them."""
         rows, count = len(spectrum), len(self._weight)
-        words = np.asarray(rng.bit_generator.random_raw(-(-rows * count // 4)), dtype=np.uint64).view(np.int64)
-        sizes = rows, self._above, 2 * self._size - count, count - self._above, adds, len(words)
-        KERNELS.weighted_normals(*sizes, words, QUANTILES, self._weight, spectrum.view(np.float32))
+        state = rng.bit_generator.state["state"]["state"].view(np.int64)
+        sizes = rows, self._above, 2 * self._size - count, count - self._above, adds
+        KERNELS.weighted_normals(*sizes, state, QUANTILES, self._weight, spectrum.view(np.float32))
 
 
 def integrate(field: Profiles, pulses: int, power: float, rng: np.random.Generator) -> None:

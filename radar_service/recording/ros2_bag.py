@@ -10,8 +10,6 @@ are in the order of these.
 
 import math
 import struct
-from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -94,23 +92,6 @@ class Cdr:
         return b"\0\1\0\0" + bytes(self._content)
 
 
-class _Pose(NamedTuple):
-    """Where own ship is at an instant. nanoseconds: UTC; place: (3,) [m]; heading [rad]; velocity: ahead and to port [m/s];
-    turn_rate: to port [rad/s]."""
-
-    nanoseconds: int
-    place: Sequence[float]
-    heading: float
-    velocity: tuple[float, float]
-    turn_rate: float
-
-    @property
-    def rotation(self) -> tuple[float, float, float, float]:
-        """The quaternion of the ship in the map."""
-        yaw = math.pi / 2.0 - self.heading
-        return 0.0, 0.0, math.sin(yaw / 2.0), math.cos(yaw / 2.0)
-
-
 class Ros2Bag:
     """Writes what a radar sends. All methods raise OSError."""
 
@@ -133,10 +114,9 @@ class Ros2Bag:
         nanoseconds = start + round(float(batch.block.time[0]) * NANOSECONDS)
         log_time = nanoseconds / NANOSECONDS
         self._clock(log_time, log_time, Cdr().time(nanoseconds).content())
-        pose = _pose(batch, nanoseconds)
-        if not math.isnan(pose.heading):
-            self._transforms(log_time, log_time, transforms(pose, batch.epoch.info.radar.height))
-            self._odometry(log_time, log_time, odometry(pose))
+        if not math.isnan(batch.block.heading[0]):
+            for channel, message in zip((self._transforms, self._odometry), own_ship(batch, nanoseconds), strict=True):
+                channel(log_time, log_time, message)
         self._sector(log_time, log_time, sector(batch, nanoseconds))
 
 
@@ -153,26 +133,19 @@ def sector(batch: SpokeBatch, nanoseconds: int) -> bytes:
     return message.sequences(batch.video_bytes(to)).content()
 
 
-def _pose(batch: SpokeBatch, nanoseconds: int) -> _Pose:
+def own_ship(batch: SpokeBatch, nanoseconds: int) -> tuple[bytes, bytes]:
+    """Returns the transforms from the map to own ship and from there to the radar, and the odometry, whose covariances are 0: not
+    known."""
     block = batch.block
     heading, drift, speed = float(block.heading[0]), float(block.course[0] - block.heading[0]), float(block.speed[0])
-    turn = np.unwrap(block.heading[[0, -1]])
-    seconds = float(block.time[-1] - block.time[0])
+    turn, seconds = np.unwrap(block.heading[[0, -1]]), float(block.time[-1] - block.time[0])
     turn_rate = float(turn[0] - turn[1]) / seconds if seconds else 0.0
-    place = (*block.position[0].tolist(), 0.0)
-    return _Pose(nanoseconds, place, heading, (speed * math.cos(drift), -speed * math.sin(drift)), turn_rate)
-
-
-def transforms(pose: _Pose, height: float) -> bytes:
-    """Returns the transforms from the map to own ship, and from there to the radar. height: of the antenna [m]."""
-    message = Cdr().add("I", 2)
-    message.header(pose.nanoseconds, MAP).text(SHIP).add("ddddddd", *pose.place, *pose.rotation)
-    message.header(pose.nanoseconds, SHIP).text(RADAR).add("ddddddd", 0.0, 0.0, height, 0.0, 0.0, 0.0, 1.0)
-    return message.content()
-
-
-def odometry(pose: _Pose) -> bytes:
-    """Returns position and velocity of own ship; covariances are 0, not known."""
-    message = Cdr().header(pose.nanoseconds, MAP).text(SHIP)
-    message.add("d" * 7, *pose.place, *pose.rotation).add("d" * 36, *NO_COVARIANCE)
-    return message.add("d" * 6, *pose.velocity, 0.0, 0.0, 0.0, pose.turn_rate).add("d" * 36, *NO_COVARIANCE).content()
+    half_yaw = (math.pi / 2.0 - heading) / 2.0
+    pose = (*block.position[0].tolist(), 0.0, 0.0, 0.0, math.sin(half_yaw), math.cos(half_yaw))
+    frames = Cdr().add("I", 2).header(nanoseconds, MAP).text(SHIP).add("d" * 7, *pose).header(nanoseconds, SHIP).text(RADAR)
+    frames.add("d" * 7, 0.0, 0.0, batch.epoch.info.radar.height, 0.0, 0.0, 0.0, 1.0)
+    odometry = Cdr().header(nanoseconds, MAP).text(SHIP).add("d" * 7, *pose).add("d" * 36, *NO_COVARIANCE)
+    odometry.add("d" * 6, speed * math.cos(drift), -speed * math.sin(drift), 0.0, 0.0, 0.0, turn_rate).add(
+        "d" * 36, *NO_COVARIANCE
+    )
+    return frames.content(), odometry.content()

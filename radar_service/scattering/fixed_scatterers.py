@@ -58,12 +58,15 @@ class FixedScatterers(ScatteringModel, ABC):
         self.bodies, self.key, self.context = tuple(bodies), key, context
         self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
         self._body: Indices = np.repeat(np.arange(len(parts)), self.scatterers)
-        self._position, self._normal, self._area, self._triangle, self._phasor = (
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("position", "normal", "area", "triangle", "phasor")
+        of_all = parts[0] if len(parts) == 1 else Scatterers.joined(parts)
+        self._position, self._normal, self._area, self._triangle = (
+            of_all.position,
+            of_all.normal,
+            of_all.area,
+            of_all.triangle,
         )
-        self._middle, self._span = (np.concatenate([getattr(part, name) for part in parts]) for name in ("middle", "span"))
-        self._lift: Floats = self._middle - self._position[:, 2]
+        self._phasor, self._span = of_all.phasor, of_all.span
+        self._lift: Floats = of_all.middle - of_all.position[:, 2]
         self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # others are wound either way
         self._solid: Flags = np.array([body.mesh is not None and body.mesh.solid for body in bodies], dtype=np.bool_)
         self._poses = BodyPoses(bodies)

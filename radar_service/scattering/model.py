@@ -208,12 +208,7 @@ class ScatteringModel(Protocol):
 
 
 class AspectModel(ScatteringModel, Protocol):
-    """A model whose echoes hold for one aspect alone: each body is evaluated at instants at which the beam passes it.
-
-    upright: height of what an echo stands for, over its `coherence`.
-    """
-
-    upright: ClassVar[float]
+    """A model whose echoes hold for one aspect alone: each body is evaluated at instants at which the beam passes it."""
 
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
         """Echoes of body b alone, as the antenna (3,) observes it at the instant."""
@@ -231,4 +226,8 @@ class AspectModel(ScatteringModel, Protocol):
 
     def coherence(self, b: int, distance: float) -> float:
         """Size [m] over which phases are summed into one echo of body b at `distance` [m]."""
+        ...
+
+    def upright(self, b: int, distance: float) -> float:
+        """The height [m] of what `coherence` is the length of."""
         ...

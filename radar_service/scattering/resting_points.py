@@ -6,7 +6,6 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.ragged import spans
 from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
 from radar_service.scattering.model import BearingWedge, ScatteringModel
 
@@ -32,10 +31,10 @@ class MapCells:
         begins = np.flatnonzero(np.diff(cell[order], prepend=-1))
         return cls(np.append(begins, len(order)), (number[order[begins]] + lowest + 0.5) * CELL), order
 
-    def within(self, wedge: BearingWedge) -> Indices:
-        """Points (N,) of all cells that have a part in a wedge."""
+    def within(self, wedge: BearingWedge) -> tuple[Indices, Indices]:
+        """First points (N,) of all cells that have a part in a wedge, and their ends (N,)."""
         cells = np.flatnonzero(wedge.contains(self.middle, CELL * np.sqrt(0.5)))
-        return spans(self.first[cells], self.first[cells + 1])[1]
+        return self.first[cells], self.first[cells + 1]
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ Because they are fixed, phases repeat when nothing moves, and change with the ge
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -72,6 +73,11 @@ class Scatterers:
     def __len__(self) -> int:
         return len(self.area)
 
+    @classmethod
+    def joined(cls, parts: "Sequence[Scatterers]") -> "Scatterers":
+        """One after the other."""
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__dataclass_fields__))
+
 
 def point_scatterer(position: Floats, span: float = 0.0) -> Scatterers:
     """The single scatterer of a body that counts as a point, at `position` (3,) in its frame [m]; span: its height [m]."""
@@ -138,7 +144,7 @@ def sample_surface(
         if planes == 1 or planes > min(MAX_FACES, count // 4):  # too many for the points to be shared among them
             return _stratified(mesh, normal, area, share, rng, sea)
         parts = (np.where(plane == k, share, 0.0) for k in np.unique(plane[share > 0.0]))
-        return _joined([_stratified(mesh, normal, area, part, rng, sea) for part in parts])
+        return Scatterers.joined([_stratified(mesh, normal, area, part, rng, sea) for part in parts])
     drawn = _along_mesh(mesh, area, expected, count, rng, None)
     middle, span = _patch_heights(mesh, normal, drawn, sea)
     phasor = np.exp(2j * np.pi * rng.random(count))
@@ -200,10 +206,6 @@ def points_in_triangles(mesh: Mesh, cumulated: Floats, steps: Floats, uv: Floats
     return triangle, position
 
 
-def _joined(parts: list[Scatterers]) -> Scatterers:
-    return Scatterers(*(np.concatenate([getattr(part, name) for part in parts]) for name in Scatterers.__dataclass_fields__))
-
-
 def _stratified(
     mesh: Mesh, normal: Floats, area: Floats, expected: Floats, rng: np.random.Generator, sea: float
 ) -> Scatterers:
@@ -245,8 +247,8 @@ def _split_counts(count: int) -> tuple[int, int]:
 
 def _patch_heights(mesh: Mesh, normal: Floats, points: _SurfaceSamples, sea: float) -> tuple[Floats, Floats]:
     """Middle heights and vertical extents (M,) [m] of square patches about points, kept within their triangles."""
-    height = mesh.vertices[:, 2][mesh.faces[points.triangle]]
-    low, high = (np.maximum(end, sea) for end in (height.min(axis=1), height.max(axis=1)))
+    a, b, c = (mesh.vertices[:, 2].take(mesh.faces[:, corner].take(points.triangle)) for corner in range(3))
+    low, high = (np.maximum(end(end(a, b), c), sea) for end in (np.minimum, np.maximum))
     slope = np.sqrt(np.maximum(0.0, 1.0 - normal[points.triangle, 2] ** 2))
     span = np.minimum(np.sqrt(points.area) * slope, high - low)
     return np.clip(points.position[:, 2], low + span / 2.0, high - span / 2.0), span

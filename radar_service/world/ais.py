@@ -35,17 +35,17 @@ class AisShip:
     body: str | None
     mmsi: int
     station_class: StationClass
-    name: str
-    call_sign: str
-    ship_type: int
-    imo: int
-    destination: str
-    antenna: tuple[float, float]
-    to_bow: float
-    to_stern: float
-    to_port: float
-    to_starboard: float
-    draught: float
+    name: str = ""
+    call_sign: str = ""
+    ship_type: int = 0
+    imo: int = 0
+    destination: str = ""
+    antenna: tuple[float, float] = (0.0, 0.0)
+    to_bow: float = 0.0
+    to_stern: float = 0.0
+    to_port: float = 0.0
+    to_starboard: float = 0.0
+    draught: float = 0.0
     silent: tuple[tuple[float, float], ...] = ()
     heading_error: float = 0.0
     kind: StationKind = "ship"

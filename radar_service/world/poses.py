@@ -215,12 +215,14 @@ def map_from_bodies(points: Floats, body: Indices, position: Floats, heading: Fl
     position: (B, 3) [m] and heading: (B,) [rad] of the bodies.
     """
     rotated = turned(points, *_turns(heading, body))
-    rotated += position.take(body, axis=0)
+    rotated += position if len(position) == 1 else position.take(body, axis=0)
     return rotated
 
 
 def _turns(heading: Floats, body: Indices) -> tuple[Floats, Floats]:
-    """Cosine and sine of the headings of bodies (E,), by those of all (B,) [rad]: of whichever are fewer."""
+    """Cosine and sine of the headings of bodies (E,), by those of all (B,) [rad]: of whichever are fewer; (1,) of one body."""
+    if len(heading) == 1:
+        return np.cos(heading), np.sin(heading)
     if len(body) < len(heading):
         turn = heading[body]
         return np.cos(turn), np.sin(turn)

@@ -3,6 +3,7 @@
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
+from typing import Literal
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -181,6 +182,35 @@ class Warns(Imm):
         alarm = bool(cpa <= self.sheet.cpa_limit and 0.0 <= tcpa <= self.sheet.tcpa_limit)
         said = None if np.isnan(tcpa) else float(tcpa)
         return replace(state, cpa=float(cpa), tcpa=said, alarm=alarm, lost=False)
+
+
+class Obeys(Imm):
+    """Acquires in the zone by itself and elsewhere on order, and cancels, but for the orders in `ignored`."""
+
+    ignored: str = ""
+
+    def __init__(self, sheet: DataSheet | None = None) -> None:
+        super().__init__(sheet)
+        self.zone: Sequence[float] | None = None
+        self.places: list[Sequence[float]] = []
+        self.how: dict[str, Literal["automatic", "manual"] | None] = {}
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        for order in scan.orders or ():
+            self.zone = order.get("zone", self.zone)
+            self.places += [order["acquire"]] if "acquire" in order else []
+            self.how |= {order["cancel"]: None} if "cancel" in order and self.ignored != "cancel" else {}
+        states = [state for state in super().update(scan) if self.how.setdefault(state.track, self.acquired(state, scan))]
+        return [replace(state, acquired=self.how[state.track]) for state in states]
+
+    def acquired(self, state: TrackState, scan: TrackerInput) -> Literal["automatic", "manual"] | None:
+        if self.ignored != "acquire" and any(np.hypot(state.east - e, state.north - n) < 150.0 for e, n in self.places):
+            return "manual"
+        apart = np.hypot(state.east - scan.east, state.north - scan.north)
+        bearing = np.arctan2(state.east - scan.east, state.north - scan.north)
+        nearest, farthest, begin, end = self.zone or (0.0, 1e9, 0.0, 6.2831)
+        is_in = nearest < apart < farthest and (bearing - begin) % (2.0 * np.pi) < (end - begin) % (2.0 * np.pi)
+        return "automatic" if is_in or self.ignored == "zone" else None
 
 
 class Kalman(Imm):
@@ -478,17 +508,3 @@ class Lags(_Wrong):
         now = np.array([state.velocity_east, state.velocity_north])
         mean = self.mean[state.track] = self.mean.get(state.track, now) * 0.99 + now * 0.01
         yield replace(state, velocity_east=float(mean[0]), velocity_north=float(mean[1]))
-
-
-class Crashes(Imm):
-    """Dies in its third scan."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        return super().update(scan) if scan.scan < 2 else [][scan.scan]
-
-
-class NoNumbers(_Wrong):
-    """Has a state that is no number."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield replace(state, velocity_east=float("nan"))

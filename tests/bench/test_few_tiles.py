@@ -24,6 +24,10 @@ position_m = [-30, -700, 5]
 rcs_dbsm = 0
 speed_kn = 40
 swerling = 1
+start_s = 3
+fading.present = 1
+fading.of = 2
+fading.offset_s = 1.27
 [plots]
 pfa = 3e-5
 """

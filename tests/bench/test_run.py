@@ -89,7 +89,7 @@ def test_plots_are_compared_with_the_azimuths_of_an_antenna_that_rolls() -> None
 def test_own_ship_is_moved_on_to_the_end_of_the_scan() -> None:
     scan = scan_of_power(np.zeros((4, 5)), number=2)
     scan = replace(scan, speed=np.full(4, 3.0), course=np.full(4, np.pi / 2))
-    made = tracker_input(scan, (), 4.0)
+    made = tracker_input(scan.number, scan.time, scan, (), 4.0)
     assert made.time == 12.0 and made.east == pytest.approx(30.0 + 3.0 * (12.0 - 8.0)) and made.north == pytest.approx(20.0)
 
 

@@ -19,32 +19,39 @@ from tests.bench.trackers.test_process_tracker import ECHO
 ROOT = Path(__file__).parents[2]
 
 
-def tracker_module(folder: Path, kind: str) -> str:
-    """A module of a folder whose tracker is one of the known ones."""
-    (folder / "mine.py").write_text(f"from tests.bench.known_trackers import {kind} as Mine\n")
-    return "mine:Mine"
+NO_NUMBER = """
+from radar_service.bench import TrackState
+
+class Mine:
+    def update(self, scan):
+        return [
+            TrackState(track="a", time=p.time, east=p.east, north=p.north, velocity_east=float("nan"), velocity_north=0.0)
+            for p in scan.plots
+        ]
+"""
+CRASHES = "class Mine:\n    def update(self, scan):\n        return [] if scan.scan < 2 else [][scan.scan]\n"
 
 
 @pytest.mark.parametrize(
-    ("kind", "message", "status", "said"),
+    ("source", "message", "status", "said"),
     [
-        ("Crashes", "has ended before it answered scan 2", 1, "IndexError: list index out of range"),
-        ("NoNumbers", "velocity_east is nan; a finite number is needed", None, ""),
+        (CRASHES, "has ended before it answered scan 2", 1, "IndexError: list index out of range"),
+        (NO_NUMBER, "velocity_east is nan; a finite number is needed", None, ""),
     ],
 )
 def test_a_tracker_that_fails_is_a_failed_run_and_the_rest_go_on(
-    kind: str, message: str, status: int | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    source: str, message: str, status: int | None, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """With scan, exit status and last line of the standard error, in a process of its own; it misses every limit."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("PYTHONPATH", str(ROOT))
+    (tmp_path / "mine.py").write_text(source)
     other = small(tmp_path, 6).model_copy(update={"name": "other"})
-    reported, runs = bench([small(tmp_path, 6), other], 1, tracker_module(tmp_path, kind), tmp_path / "out")
+    reported, runs = bench([small(tmp_path, 6), other], 1, "mine:Mine", tmp_path / "out")
     assert [scenario["name"] for scenario in reported["scenarios"]] == ["small", "other"]
     for scenario in reported["scenarios"]:
         (failure,) = scenario["failures"]
         assert failure["seed"] == 0 and message in failure["message"] and failure["scan"] == len(runs["small"][0]["scans"])
-        assert failure["stderr"] == said and (status is None or failure["status"] == status)
+        assert failure["stderr"] == said and failure["status"] == status
         assert all(verdict["failures"] == 1 for verdict in scenario["verdicts"])
     assert not [*(tmp_path / "out" / "runs").glob("*.json")]  # another try may end otherwise
 

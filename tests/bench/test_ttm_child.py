@@ -11,11 +11,13 @@ from pathlib import Path
 from threading import Event
 from typing import Any
 
+import numpy as np
 import pytest
 
 from radar_service.bench import ttm_child
 from radar_service.bench.ttm_child import Plotter, track_of
-from radar_service.ports.nmea.sentences import sentence
+from radar_service.ports.nmea.sentences import latitude_longitude, sentence
+from radar_service.world.geo import geographic_from_map
 
 OWN = {"time": 7.0, "east": 100.0, "north": 50.0, "heading": math.radians(30.0), "course": math.pi / 2.0, "speed": 5.0}
 
@@ -31,6 +33,39 @@ def test_true_and_relative_fields_lie_about_own_ship() -> None:
     assert one[1]["velocity_north"] == pytest.approx(10 * 1852 / 3600)
     other = track_of(ttm("01", "1.0", "60.0", "R", "0.0", "0.0", "R"), OWN)
     assert other and other[1] and (other[1]["east"], other[1]["velocity_east"]) == pytest.approx((1952.0, 5.0))
+
+
+ORIGIN = (50.0, -1.0)
+
+
+def tll(east: float, north: float, status: str = "T") -> str:
+    place = geographic_from_map(np.array([east, north]), ORIGIN).tolist()
+    return sentence("RA", "TLL", "01", *latitude_longitude(*place), "x", "120000", status, "").decode()
+
+
+def test_places_have_the_mean_velocity_of_the_last_minute() -> None:
+    """Of a ship that turns, to 18 mm of a place: 5 m/s east, and from 60 s on north at 3 m/s."""
+    plotter, velocities = Plotter(ORIGIN), list[tuple[float, float]]()
+    for time in range(0, 121, 30):
+        plotter.follow([{**OWN, "time": float(time)}])
+        plotter.listen([tll(min(time, 60) * 5.0 - 100.0, max(time - 60, 0) * 3.0 - 2000.0)])
+        (state,) = plotter.tracks(time)
+        velocities += [(state["velocity_east"], state["velocity_north"])]
+    assert (state["east"], state["north"], state["time"]) == pytest.approx((200.0, -1820.0, 120.0), abs=0.02)
+    expected = [(0.0, 0.0), (5.0, 0.0), (5.0, 0.0), (2.5, 1.5), (0.0, 3.0)]
+    assert np.array(velocities) == pytest.approx(np.array(expected), abs=2 * 0.018 / 30.0)
+    plotter.listen([tll(0.0, 0.0, "L")])
+    assert plotter.tracks(120.0) == []
+
+
+def test_places_count_where_no_ttm_is_written_and_the_scene_has_an_origin() -> None:
+    plotter = Plotter(ORIGIN)
+    plotter.follow([OWN])
+    plotter.listen([tll(5.0, 0.0), ttm("01", "1.0", "90.0", "T", "10.0", "0.0", "T"), tll(5.0, 0.0)])
+    assert [state["east"] for state in plotter.tracks(7.0)] == pytest.approx([1952.0])
+    assert track_of(tll(5.0, 0.0), OWN) is None
+    with pytest.raises(ValueError):
+        track_of(sentence("RA", "TLL", "01", "5x", "N", "1", "W", "", "", "T", "").decode(), OWN, ORIGIN)
 
 
 def test_what_is_no_track_is_passed_over() -> None:
@@ -74,10 +109,10 @@ def heard(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[str]]:
         assert noted.wait(30.0)
         yield {**OWN, "time": 10.0}
 
-    def told(line: str, own: Any) -> Any:
+    def told(line: str, *rest: Any) -> Any:
         lines.append(line)
         noted.set()
-        return track_of(line, own)
+        return track_of(line, *rest)
 
     monkeypatch.setattr(ttm_child, "own_ships", own_ships)
     monkeypatch.setattr(ttm_child, "track_of", told)

@@ -3,7 +3,8 @@
 import io
 import json
 from contextlib import contextmanager
-from email.message import Message
+from dataclasses import replace
+from http.client import HTTPConnection
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -17,6 +18,7 @@ from radar_service.bench import single_run as single_module
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import PLOT_METRICS, ScenarioError, load_scenario, with_video
 from radar_service.bench.single_run import single_run
+from radar_service.bench.trackers.tracker import AisTarget
 from radar_service.bench.video import Video, program_on_video, video_of
 from radar_service.bench.video_child import plots_of
 from tests.bench.test_bench import small
@@ -53,19 +55,18 @@ def test_a_program_reads_the_video_of_the_plots_and_no_truth(tmp_path: Path) -> 
         assert refused(f"{root}/controls", "PATCH")[0] == refused(f"{root}/scene", "PUT")[0] == 401
         told = json.load(urlopen(root))
         assert (told["seed"], told["scene"]["bodies"], told["scene"]["name"]) == (0, 0, "")
-        given = list(plots_of(video.header, ["", "", ""]))
-        assert [each.plots for each in given] == [each.given.plots for each in observed(scenario, 5)]
-        assert sum(len(each.plots) for each in given) and video.fault() is None
+        ais = AisTarget(time=1.0, mmsi=211000001, east=9.0, north=2007.0, speed=5.0, course=1.5, station_class="A")
+        scans = [replace(each.given, ais=(ais,)) for each in observed(scenario, 5)]
+        given = list(plots_of(video.header, [json.dumps(replace(scan, plots=()).as_dict()) for scan in scans]))
+        assert given == scans and sum(len(each.plots) for each in given) and video.fault() is None
         video.service.process.kill()
         video.service.process.wait()
         assert video.fault() == "the service has ended: exit status -9"
 
 
 def test_a_service_that_takes_no_more_connections_is_a_fault(monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(url: str, timeout: float) -> Any:
-        raise HTTPError(url, 503, "Service Unavailable", Message(), io.BytesIO(b"this address has all the connections"))
-
-    monkeypatch.setattr("radar_service.bench.video.urlopen", full)
+    monkeypatch.setattr(HTTPConnection, "request", lambda *_: None)
+    monkeypatch.setattr(HTTPConnection, "getresponse", lambda _: io.BytesIO(b"this address has all the connections"))
     fault = Video({}, SimpleNamespace(end=None, address="x")).fault()  # type: ignore[arg-type]
     assert fault and fault.startswith("the service does not answer: ")
 

@@ -42,7 +42,7 @@ def test_a_study_writes_its_report(tmp_path: Path, capsys: pytest.CaptureFixture
 def test_a_sea_is_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Two seas with options of each kind, 8 of 10 scans; a wrong number of looks is refused."""
     path, out = tmp_path / "buoy.toml", tmp_path / "out"
-    path.write_text(FILE)
+    path.write_text(FILE.replace("azimuths = 120\nbeamwidth_deg = 6", "azimuths = 60\nbeamwidth_deg = 12"))
     sea = ["--sea-state", "1,3", "--rain-mm-h", "2", "--at-nm", "0.5", "--pfa", "0.01", "--swerling", "1", "--band", "s"]
     common = ["bench-detection", str(path), "--scans", "40", "--jobs", "1", "-o", str(out), *sea]
     assert main([*common, "--looks", "8/10"]) == 0

@@ -2,6 +2,7 @@
 
 import re
 import subprocess
+from contextlib import nullcontext
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,12 @@ from radar_service.__main__ import main
 from radar_service.sweep.store import SweepStore
 from tests.sweep.killing import command
 from tests.sweep.sweeps import SPEC, written
+
+
+@pytest.fixture
+def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Runs are made in this process: those of others are tested by the first test here and in tests/sweep."""
+    monkeypatch.setattr("radar_service.commands.sweep.processes", lambda jobs, memory: nullcontext())
 
 
 def test_a_sweep_is_made_and_found_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -26,6 +33,7 @@ def test_a_sweep_is_made_and_found_again(tmp_path: Path, capsys: pytest.CaptureF
     assert "it is of another sweep: spec.seed is 0 there, and 1 here" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_sweep_with_labels_tells_its_class_balance(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec = written(tmp_path, SPEC.replace('"truth"', '"labels"'))
     assert main(["sweep", str(spec), "-o", str(tmp_path / "out.zarr"), "--jobs", "1"]) == 0
@@ -35,6 +43,7 @@ def test_a_sweep_with_labels_tells_its_class_balance(tmp_path: Path, capsys: pyt
     assert sum(map(float, shares.values())) == pytest.approx(100.0, abs=0.02)  # two rounded digits each
 
 
+@pytest.mark.usefixtures("in_process")
 def test_failed_runs_are_printed_with_their_reason(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec = written(tmp_path, SPEC + '"body.cube.mesh" = ["cube.obj", "rubbish.obj"]\n')
     (tmp_path / "rubbish.obj").write_text("v nowhere")

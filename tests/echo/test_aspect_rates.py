@@ -24,7 +24,9 @@ TIMES = np.arange(-50, 51) * 0.0035 + 100.0
 def rates(own_ship: dict[str, Any] | None = None, **body: Any) -> AspectRates:
     """Of a box, each echo of which stands for 0.5 m."""
     made = scene([BOX | body], own_ship=own_ship or {})
-    return AspectRates(made, made.bodies[0], made.bodies[0].radius, made.bodies[0].diagonal, lambda distance: 0.5, 2.0)
+    return AspectRates(
+        made, made.bodies[0], made.bodies[0].radius, made.bodies[0].diagonal, lambda distance: 0.5, lambda distance: 1.0
+    )
 
 
 def corners(**keys: Any) -> list[int]:
@@ -58,14 +60,14 @@ def test_a_turn_that_begins_or_ends_is_a_corner() -> None:
     assert corners(**turn | {"turn_rate_deg_s": 3, "manoeuvre": [{"time_s": 100.0, "turn_rate_deg_s": 3.01}]}) == []
 
 
-def test_roll_turns_echoes_that_are_twice_as_high_as_long() -> None:
-    """Abeam and level with the antenna, 2 k coherence x the rate of the roll and half of what it reaches: root of squares."""
+def test_roll_turns_echoes_by_their_height() -> None:
+    """Abeam and level with the antenna, k x 1 m x the rate of the roll and half of what it reaches: root of squares."""
     sway = {"roll_deg": 3, "roll_period_s": 5}
     rolling = rates(heading_deg=90, position_m=[0, 2000, 14], **sway).phase_rate(TIMES)
     still = rates(heading_deg=90, position_m=[0, 2000, 14]).phase_rate(TIMES)
     assert still.max() < 1e-9
     swing = np.hypot(np.cos(2 * np.pi * TIMES / 5), 0.5)
-    np.testing.assert_allclose(rolling, 2.0 * K * 0.5 * np.deg2rad(3) * 2 * np.pi / 5 * swing, rtol=1e-9)
+    np.testing.assert_allclose(rolling, K * 1.0 * np.deg2rad(3) * 2 * np.pi / 5 * swing, rtol=1e-9)
 
 
 @pytest.mark.parametrize("sea", [False, True])
@@ -78,7 +80,7 @@ def test_a_body_that_passes_turns_by_its_bearing_and_one_that_comes_by_its_refle
             [BOX | {"course_deg": course, "speed_kn": 20, "position_m": [0, 1000, 15]}], environment={"multipath": sea}
         )
         body = made.bodies[0]
-        each = AspectRates(made, body, body.radius, body.diagonal, lambda distance: 0.5, 2.0)
+        each = AspectRates(made, body, body.radius, body.diagonal, lambda distance: 0.5, lambda distance: 1.0)
         return float(each.phase_rate(np.arange(4) * 0.01)[0]), body.radius
 
     (across, radius), (on, _) = rate(90.0), rate(180.0)

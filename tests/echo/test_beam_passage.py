@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.passage_nodes import ALL_ROUND, CUBIC, CUBIC_PHASE, MAIN_BEAM, Part
+from radar_service.echo.passage_nodes import ALL_ROUND, CUBIC_PHASE, MAIN_BEAM, Part
 from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.plan.budget import ErrorBudget
@@ -219,10 +219,10 @@ def test_a_body_that_hardly_turns_has_one_node_and_a_turning_one_has_more_where_
     crossing = fast.crossing(0, time / made.radar.rotation_period)
     nodes = fast.nodes(0, crossing)
     gaps, off = np.diff(nodes), np.abs(nodes[:-1] + np.diff(nodes) / 2 - crossing)
-    assert nodes[0] < crossing < nodes[-1] and gaps[np.argmin(off)] == gaps.min()
+    assert nodes[0] < crossing < nodes[-1]
     cell = OpticalBody.of(made.bodies[0], made.radar, 1).limits.coherence(95_000.0 - made.bodies[0].radius)
     rate = 2 * np.pi / WAVELENGTH * cell * np.deg2rad(3.0)  # of its ends
-    assert gaps.min() == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period) and len(nodes) >= CUBIC
+    assert gaps[np.argmin(off)] == np.floor(CUBIC_PHASE / rate / made.radar.spoke_period)
     every = np.diff(passages(made, "reference").nodes(0, crossing))
     assert len(nodes) < len(every) / 4
     assert set(every.tolist()) == {np.floor(ALL_ROUND * CUBIC_PHASE / rate / made.radar.spoke_period)}

@@ -5,7 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.echo.boresight_track import BoresightTrack
+from radar_service.echo.boresight_track import BoresightTrack, TrackPart
+from radar_service.numerics.types import Floats
+from radar_service.scattering.model import BearingWedge
+from radar_service.scattering.resting_points import MapCells, RestingPoints
 from tests.scenes import scene
 from tests.test_motion import SWAY, deck
 
@@ -16,6 +19,16 @@ KNOT = 1852 / 3600
 
 def track(**own_ship: Any) -> BoresightTrack:
     return BoresightTrack(scene(radar=RADAR, own_ship=own_ship))
+
+
+def crossings(part: TrackPart, position: Floats) -> Floats:
+    """The azimuth numbers at which boresight points at positions (N, 3), which face the antenna."""
+    cells, order = MapCells.of(position)
+    toward, none = part.polynomial[0, :3] - position[order], np.zeros(len(order))
+    kinds = none.astype(np.int32), none.astype(np.int32), none > 0.0, none.astype(np.float32), none.astype(np.float32)
+    points = RestingPoints(cells, position[order], toward.astype(np.float32), *kinds, none.astype(np.complex64))
+    which, crossing, _ = part.passed(points, BearingWedge(toward[0], 0.0, np.pi, 0.0), -np.inf, np.inf, 0.0)
+    return crossing[np.argsort(order[which])]
 
 
 def test_s_changes_as_the_range_of_what_rests_on_boresight() -> None:
@@ -39,7 +52,7 @@ def test_boresight_points_at_each_position_at_its_crossing(own: dict[str, Any]) 
     bearing, distance = moving.bearing(rng.uniform(4097, 4159, 200)), rng.uniform(10 * way, 3000.0, 200)
     middle = moving.antenna(np.array([part.middle]))[0]
     position = middle + np.stack([distance * np.sin(bearing), distance * np.cos(bearing), rng.uniform(-15, 20, 200)], axis=1)
-    crossing = part.crossings(position)
+    crossing = crossings(part, position)
     offset = position - moving.scene.own_ship.pose(moving.scene.radar.time_of_spokes(crossing)).position
     off = np.arctan2(offset[:, 0], offset[:, 1]) - crossing * 2 * np.pi / 2048
     assert np.abs(np.angle(np.exp(1j * off))).max() < 1e-8  # rad: 3e-6 azimuths
@@ -53,7 +66,7 @@ def test_a_swaying_antenna_crosses_where_its_tilted_boresight_points() -> None:
     bearing = moving.bearing(np.linspace(3002, 3064, 25))
     distance = np.geomspace(150, 3000, 25)
     position = middle + np.stack([distance * np.sin(bearing), distance * np.cos(bearing), np.linspace(-15, 20, 25)], axis=1)
-    crossing = part.crossings(position)
+    crossing = crossings(part, position)
     for n, point in zip(crossing, position, strict=True):
         time = moving.scene.radar.time_of_spokes(np.array([n]))
         matrices, headings = deck(time, np.deg2rad(40))
@@ -77,7 +90,7 @@ def test_points_on_boresight_are_crossed_there(own: dict[str, Any]) -> None:
     for at, distance in zip(points, (180.0, 2000.0), strict=True):
         ground = np.hypot(*(at - moving.antenna(number))[:, :2].T)
         assert np.allclose(ground, distance, rtol=1e-12)
-        assert np.abs(moving.between(2999.0, 3065.0).crossings(at) - number).max() < 1e-6 / moving.scene.radar.azimuth_step
+        assert np.abs(crossings(moving.between(2999.0, 3065.0), at) - number).max() < 1e-6 / moving.scene.radar.azimuth_step
 
 
 def test_own_ship_moves_before_the_start_as_it_begins() -> None:

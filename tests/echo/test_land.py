@@ -1,11 +1,15 @@
 """Land under way, piece by piece: what is passed when, and what keeps a range history."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 from tests.engine.land_scenes import FINE, OWN_SHIP, SLAB, azimuths_of, coast, on_grid, with_points
+from tests.kernels.both import both
 from tests.scenes import scene
+from tests.test_motion import SWAY
 
 
 def test_what_is_near_or_high_for_its_distance_keeps_a_range_history(tmp_path: Path) -> None:
@@ -61,3 +65,16 @@ def test_a_point_beside_own_ship_is_one_echo_at_every_azimuth() -> None:
     beside = np.array(distances) < 16.0
     assert beside.sum() > 100 and (np.array(counts)[beside] == 1).all()
     assert 0.0 < np.mean(np.array(counts)[~beside]) < 0.5
+
+
+@pytest.mark.parametrize("own_ship", [OWN_SHIP, {"heading_deg": 40.0, "course_deg": 40.0, "speed_kn": 8.0, **SWAY}])
+@pytest.mark.parametrize("azimuths", [1024, 360])
+def test_what_is_passed_is_what_numpy_says(tmp_path: Path, own_ship: dict[str, Any], azimuths: int) -> None:
+    """Of a coast, in pieces of 22 and of 64 degrees. The tolerance is 1e3 roundings of 1e5 azimuths, each 0.6 mm 2 km off."""
+    land = on_grid(coast(tmp_path, own_ship, radar={"azimuths": azimuths})).land
+    assert land is not None
+    for number in (0, 7, azimuths):
+        compiled, by_numpy = both(lambda: land.passages.piece(number))  # noqa: B023
+        assert len(compiled.row) > 100
+        np.testing.assert_allclose(compiled.row, by_numpy.row, rtol=0.0, atol=1e-8)
+        np.testing.assert_array_equal(compiled.near_points, by_numpy.near_points)

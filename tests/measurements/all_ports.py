@@ -73,16 +73,8 @@ def scene_file(folder: Path, rpm: float) -> Path:
 def measured(seconds: float, hostile: bool, rpm: float) -> None:
     """Runs the service and prints what was seen."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [
-            sys.executable,
-            "-m",
-            "radar_service",
-            "serve",
-            str(scene_file(Path(folder), rpm)),
-            "--port",
-            "8000",
-            *PORTS,
-        ]
+        file = str(scene_file(Path(folder), rpm))
+        command = [sys.executable, "-m", "radar_service", "serve", file, "--port", "8000", *PORTS]
         service = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
         assert service.stdout is not None and re.search("http://", service.stdout.readline())
         load = ["tests.measurements.load", "127.0.0.1", "8000", str(CLIENTS), str(seconds), "0", "encoding=u8"]

@@ -1,27 +1,38 @@
 """Breaks modules in small ways and tells which of these mutants the tests kill.
 
     python -m tests.measurements.mutants [MODULE ...] [--count 100] [--seed 0] [--also TEST ...] [--against TREE]
+    python -m tests.measurements.mutants --list [FILE]
 
 MODULE is a file or a folder, radar_service by default. In a mutant one operator of comparison, arithmetic or logic is another
-one, or one constant is larger by 1. It lives in a copy of this tree, where the test file that mirrors its module runs, with those
-of --also. With --against, the mutants that the tests of that tree kill are what the tests of this one must kill. Exits with 1
-where one of these survives. Equal modules and seeds give equal mutants.
+one, or one constant is larger by 1. It lives in a copy of this tree, where the tests that run its line are called, the nearest
+first, with those of --also. Which run it says `.coverage`, which `pytest --cov --cov-context=test` writes (of the suite, or of
+some folders); without it, and for lines that run as a module is imported, they are those of the file that mirrors the module.
+With --against, the mutants that the tests of that tree kill are what the tests of this one must kill. --list runs those of a
+file, tests/measurements/mutants.txt by default, and writes their verdicts there. Exits with 1 where one that was killed
+survives. Equal modules and seeds give equal mutants.
 """
 
 import argparse
 import ast
+import copy
 import random
 import shutil
 import subprocess
 import sys
 import tempfile
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from coverage import CoverageData
 
 from tests.test_house_rules import mirrored
 
 ROOT = Path(__file__).parents[2]
+LISTED = Path(__file__).with_suffix(".txt")
+MOST = 80  # tests of a mutant: a line that nearly all tests run is checked by the nearest of them
 LIMIT_S = 300  # for the tests of a mutant, which may never end; it is killed then
 PASSED, FAILED = 0, 1  # exit codes of pytest
 SWAPS: dict[type[ast.AST], Any] = {
@@ -45,53 +56,92 @@ def change(node: ast.AST) -> bool:
     return True
 
 
-def mutable(source: str) -> list[int]:
-    """Returns the numbers, in the order of `ast.walk`, of the nodes that have a change."""
-    return [number for number, node in enumerate(ast.walk(ast.parse(source))) if change(node)]
+def changes(source: str) -> Iterator[tuple[int, int, str]]:
+    """Yields of each node that has a change its number, in the order of `ast.walk`, its line, and the change in words."""
+    for number, node in enumerate(ast.walk(ast.parse(source))):
+        other = copy.deepcopy(node)
+        if change(other):
+            yield number, getattr(node, "lineno", 0), f"{ast.unparse(node)} -> {ast.unparse(other)}"
 
 
-def mutant(source: str, number: int) -> tuple[str, str]:
-    """Returns the source with the change of one node, and the change in words."""
+def mutant(source: str, number: int) -> str:
+    """Returns the source with the change of one node."""
     tree = ast.parse(source)
-    node = list(ast.walk(tree))[number]
-    before = ast.unparse(node)
-    change(node)
-    return ast.unparse(tree), f"{getattr(node, 'lineno', 0)}: {before} -> {ast.unparse(node)}"
+    change(list(ast.walk(tree))[number])
+    return ast.unparse(tree)
+
+
+class Mutant(NamedTuple):
+    """A module, the number of the node that is changed there, its line, and the change in words."""
+
+    module: Path
+    number: int
+    line: int
+    words: str
+
+
+def mutants_of(module: Path) -> list[Mutant]:
+    """Returns all mutants of a module."""
+    return [Mutant(module, *rest) for rest in changes(module.read_text(encoding="utf-8"))]
+
+
+def listed(text: str) -> Iterator[tuple[str, Mutant | None, str]]:
+    """Yields the verdict of each line of a list, its mutant, nearest to the line where it was, and the line without the verdict.
+
+    There is no mutant where the code has changed."""
+    every = cache(mutants_of)
+    for row in text.splitlines():
+        verdict, _, what = row.partition(" ")
+        name, line, words = what.strip().split(":", 2)
+        same = [found for found in every(ROOT / name) if found.words == words.strip()] if (ROOT / name).is_file() else []
+        yield verdict, min(same, key=lambda found: abs(found.line - int(line)), default=None), what.strip()
+
+
+def nearest(tests: Iterable[str], module: Path) -> list[str]:
+    """Returns MOST of some tests: those of the file that mirrors a module first, then those of its folder."""
+    files = [path.relative_to(ROOT).as_posix() for path in mirrored(module)]
+    folder = files[0].rpartition("/")[0]
+    return sorted(tests, key=lambda test: (test.split("::")[0] not in files, not test.startswith(folder), test))[:MOST]
 
 
 class Copy:
-    """A copy of this tree with the tests of a tree."""
+    """A copy of this tree with the tests of a tree. covered: which test runs which line, of an earlier run."""
 
-    def __init__(self, folder: Path, tests: Path, also: list[str]) -> None:
+    def __init__(self, folder: Path, tests: Path, also: list[str], covered: CoverageData | None = None) -> None:
         unneeded = shutil.ignore_patterns(".*", "__pycache__", "*.egg-info", "tests", "dist", "build")
         shutil.copytree(ROOT, folder, ignore=unneeded)
         shutil.copytree(tests / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
-        self.folder, self.also = folder, also
+        self.folder, self.also, self.covered = folder, also, covered
         self.passes = cache(self._passes)
 
-    def tests_of(self, module: Path) -> list[str]:
-        """The test file that mirrors a module, and those of --also."""
-        files = [path.relative_to(ROOT).as_posix() for path in mirrored(module)] + self.also
-        return [file for file in files if (self.folder / file.split("::")[0]).exists()]
+    def tests_of(self, module: Path, line: int) -> tuple[str, ...]:
+        """Those that run a line of a module, else those of the file that mirrors it; and those of --also."""
+        lines = self.covered.contexts_by_lineno(str(module)) if self.covered else {}
+        running = {context.rpartition("|")[0] for context in lines.get(line, [])} - {""}
+        tests = nearest(running, module) or [path.relative_to(ROOT).as_posix() for path in mirrored(module)]
+        return tuple(test for test in [*tests, *self.also] if (self.folder / test.split("::")[0]).exists())
 
-    def exit_code(self, module: Path) -> int:
-        """That of pytest on the tests of a module."""
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *self.tests_of(module)]
+    def exit_code(self, tests: tuple[str, ...]) -> int:
+        """That of pytest on some tests."""
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
         try:
             return subprocess.run(command, cwd=self.folder, stdout=subprocess.DEVNULL, timeout=LIMIT_S).returncode
         except subprocess.TimeoutExpired:
             return FAILED
 
-    def _passes(self, module: Path) -> bool:
-        return bool(self.tests_of(module)) and self.exit_code(module) == PASSED
+    def _passes(self, tests: tuple[str, ...]) -> bool:
+        return bool(tests) and self.exit_code(tests) == PASSED
 
-    def kills(self, module: Path, source: str) -> bool:
-        """Whether the tests of a module fail where its source is another one."""
-        file = self.folder / module.relative_to(ROOT)
+    def verdict(self, made: Mutant) -> str:
+        """`killed` or `survives`; `unclear` where the tests fail without the mutant too."""
+        tests = self.tests_of(made.module, made.line)
+        if not self.passes(tests):
+            return "unclear"
+        file = self.folder / made.module.relative_to(ROOT)
         kept = file.read_text(encoding="utf-8")
-        file.write_text(source, encoding="utf-8")
+        file.write_text(mutant(kept, made.number), encoding="utf-8")
         try:
-            return self.exit_code(module) != PASSED
+            return "survives" if self.exit_code(tests) == PASSED else "killed"
         finally:
             file.write_text(kept, encoding="utf-8")
 
@@ -102,35 +152,43 @@ def modules(positions: list[Path]) -> list[Path]:
     return sorted(found)
 
 
+def compared(now: str, before: str) -> str:
+    """Returns the verdict on a mutant of which another tree, or an earlier run, says `before`."""
+    return "lost" if (now, before) == ("survives", "killed") else now
+
+
 def main() -> int:
     """Prints a line for each mutant, then how many there are and how many are killed; 1 where one is lost."""
     parser = argparse.ArgumentParser(description="Tells which small faults the tests notice.")
     parser.add_argument("modules", nargs="*", type=Path, default=[ROOT / "radar_service"])
     parser.add_argument("--count", type=int, default=100, help="mutants (default: %(default)s)")
     parser.add_argument("--seed", type=int, default=0, help="of the choice (default: %(default)s)")
-    parser.add_argument("--also", nargs="*", default=[], metavar="TEST", help="tests besides the one that mirrors a module")
+    parser.add_argument("--also", nargs="*", default=[], metavar="TEST", help="tests besides those that run a line")
     parser.add_argument("--against", type=Path, metavar="TREE", help="whose tests say what these must kill")
+    parser.add_argument("--list", nargs="?", type=Path, const=LISTED, metavar="FILE", help="of mutants and their verdicts")
     options = parser.parse_args()
-    files = modules([path.resolve() for path in options.modules])
-    sources = {file: file.read_text(encoding="utf-8") for file in files}
-    places = [(file, number) for file, source in sources.items() for number in mutable(source)]
-    chosen = sorted(random.Random(options.seed).sample(places, min(options.count, len(places))))
-    tallies = {"killed": 0, "survives": 0, "lost": 0, "unclear": 0}
+    covered = CoverageData(str(ROOT / ".coverage")) if (ROOT / ".coverage").exists() else None
+    if covered:
+        covered.read()
+    if options.list and options.list.exists():
+        rows = list(listed(options.list.read_text(encoding="utf-8")))
+    else:
+        every = [made for file in modules([path.resolve() for path in options.modules]) for made in mutants_of(file)]
+        chosen = sorted(random.Random(options.seed).sample(every, min(options.count, len(every))))
+        rows = [("new", made, f"{made.module.relative_to(ROOT)}:{made.line}: {made.words}") for made in chosen]
+    told, tallies = [f"{before:8} {text}" for before, _, text in rows], Counter[str]()
     with tempfile.TemporaryDirectory() as scratch:
-        here = Copy(Path(scratch) / "here", ROOT, options.also)
+        here = Copy(Path(scratch) / "here", ROOT, options.also, covered)
         there = Copy(Path(scratch) / "there", options.against, options.also) if options.against else None
-        for file, number in chosen:
-            source, words = mutant(sources[file], number)
-            if not here.passes(file):
-                verdict = "unclear"  # tests that fail without a mutant say nothing
-            elif there:
-                expected = there.kills(file, source)
-                verdict = ("killed" if here.kills(file, source) else "lost") if expected else "survives"
-            else:
-                verdict = "killed" if here.kills(file, source) else "survives"
+        for number, (before, made, text) in enumerate(rows):
+            now = here.verdict(made) if made else "gone"
+            verdict = compared(now, there.verdict(made) if there and made else before)
             tallies[verdict] += 1
-            print(f"{verdict:8} {file.relative_to(ROOT)}:{words}", flush=True)
-    print(f"{len(chosen)} of {len(places)} mutants, seed {options.seed}:", ", ".join(f"{n} {k}" for k, n in tallies.items()))
+            told[number] = f"{verdict if verdict == 'lost' else now:8} {text}"
+            print(told[number], flush=True)
+            if options.list:
+                options.list.write_text("\n".join(told) + "\n", encoding="utf-8")
+    print(f"{len(rows)} mutants:", ", ".join(f"{count} {verdict}" for verdict, count in tallies.items()))
     return 1 if tallies["lost"] else 0
 
 

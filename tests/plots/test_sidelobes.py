@@ -88,8 +88,11 @@ def test_the_gate_is_that_of_all_pairs(settings: Radar) -> None:
     peak = np.arange(300) * 3 + power.reshape(400, 3)[:300].argmax(axis=1)
     envelopes = azimuth_envelope(settings), range_envelope(settings)
     expected = [explained(settings, envelopes, every, int(one), plot == number) for number, one in enumerate(peak)]
-    result = SidelobeGate(settings, 3.0).sidelobes(every, peak, plot)
+    gate = SidelobeGate(settings, 3.0)
+    result = gate.sidelobes(every, peak, plot)
     assert result.tolist() == expected and 15 < result.sum() < 270
+    alone = [gate.sidelobes(every, peak[n : n + 1], np.where(plot == n, 0, -1)) for n in range(30)]  # few pairs: no search
+    assert np.concatenate(alone).tolist() == expected[:30] and 0 < sum(expected[:30]) < 30
 
 
 def explained(radar: Radar, envelopes: tuple[Floats, Floats], every: Detections, peak: int, own: Flags) -> bool:

@@ -5,6 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from radar_service.numerics.random import generator
 from radar_service.radar.waveform import (
     Chirp,
     chirp_spectrum,
@@ -103,7 +104,7 @@ def test_noise_has_its_power_and_is_uniform_along_range() -> None:
     """Mean of 4000 x 300 cells: neighbours correlate over 1.5 cells, so sigma is 0.11 %; 5 sigma."""
     made = radar(range_max_m=600.0)
     compression = compression_for(made, 6)
-    noise = compression.from_spectrum(compression.noise.draw(4000, np.random.default_rng(3)))
+    noise = compression.from_spectrum(compression.noise.draw(4000, generator(3)))
     power = np.abs(noise.astype(np.complex128)) ** 2
     level = noise_power(made.pulse, made.window, made.noise_factor)
     assert power.mean() / level == pytest.approx(1.0, abs=0.006)

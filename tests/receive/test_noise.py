@@ -13,7 +13,7 @@ SHAPE = np.exp(-((np.fft.fftfreq(SIZE) / 0.1) ** 2)) * (1.2 + np.sin(7 * np.fft.
 
 def test_each_frequency_has_its_share_of_the_power() -> None:
     """|S(f)|^2 is exponential with the mean power x size^2 x shape / sum: 5 sigma of 4000 draws. 1e-4 of the power is cut."""
-    spectrum = GaussianSpectrum(SHAPE, 3e-6).draw(ROWS, np.random.default_rng(1)).astype(complex)
+    spectrum = GaussianSpectrum(SHAPE, 3e-6).draw(ROWS, generator(1)).astype(complex)
     kept = SHAPE > MIN_POWER * SHAPE.max()
     expected = 3e-6 * SIZE**2 * SHAPE / SHAPE[kept].sum()
     power = np.mean(np.abs(spectrum) ** 2, axis=0)
@@ -23,14 +23,14 @@ def test_each_frequency_has_its_share_of_the_power() -> None:
 
 def test_rows_have_the_power() -> None:
     """Parseval: 5 sigma of the independent frequencies, of which the shape has sum^2 / sum of squares."""
-    rows = np.fft.ifft(GaussianSpectrum(SHAPE, 3e-6).draw(ROWS, np.random.default_rng(2)), axis=1)
+    rows = np.fft.ifft(GaussianSpectrum(SHAPE, 3e-6).draw(ROWS, generator(2)), axis=1)
     independent = ROWS * SHAPE.sum() ** 2 / np.sum(SHAPE**2)
     assert np.mean(np.abs(rows) ** 2) == pytest.approx(3e-6, rel=5 / np.sqrt(independent))
 
 
 def test_noise_is_circular() -> None:
     """The pseudo-variance E[S^2] of complex noise is 0, and so is the mean: 5 sigma."""
-    spectrum = GaussianSpectrum(np.ones(SIZE), 1.0 / SIZE).draw(ROWS, np.random.default_rng(3)).astype(complex)
+    spectrum = GaussianSpectrum(np.ones(SIZE), 1.0 / SIZE).draw(ROWS, generator(3)).astype(complex)
     count = ROWS * SIZE
     assert abs(np.mean(spectrum**2)) < 5 * np.sqrt(2 / count) and abs(np.mean(spectrum)) < 5 / np.sqrt(count)
 

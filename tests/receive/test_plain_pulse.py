@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from radar_service.numerics.random import generator
 from radar_service.receive.compression import compression_for, receiver_noise_power
 from radar_service.receive.gridding import spread_moving
 from radar_service.receive.plain_pulse import (
@@ -58,7 +59,7 @@ def test_noise_has_its_power_in_every_bin_and_the_filters_correlation() -> None:
     the transform of the filter's |H|^2, folding included: 5 sigma of as many products."""
     made = radar(**MAGNETRON)
     compression = compression_for(made, 6)
-    noise = compression.from_spectrum(compression.noise.draw(4000, np.random.default_rng(5))).astype(complex)
+    noise = compression.from_spectrum(compression.noise.draw(4000, generator(5))).astype(complex)
     level = receiver_noise_power(made)
     sigma = 1 / np.sqrt(noise.size / 2)
     assert np.mean(np.abs(noise) ** 2) / level == pytest.approx(1.0, abs=5 * sigma)

@@ -36,13 +36,15 @@ def weighted_normals(
     gap: int,
     below: int,
     adds: int,
-    total: int,
-    words: Indices,
+    state: Indices,
     quantile: Any,
     weight: Any,
     spectrum: Any,
 ) -> int:
-    drawn = quantile[words.view(np.uint16)[: rows * len(weight)]].reshape(rows, -1) * weight
+    stream = np.random.SFC64()
+    stream.state = {**stream.state, "state": {"state": state.view(np.uint64)}}
+    words = np.asarray(stream.random_raw(-(-rows * len(weight) // 4)), dtype=np.uint64).view(np.uint16)
+    drawn = quantile[words[: rows * len(weight)]].reshape(rows, -1) * weight
     parts = [drawn[:, :above], np.zeros((rows, gap), dtype=np.float32), drawn[:, above:]]
     spectrum[:] = np.concatenate(parts, axis=1) + (spectrum if adds else np.float32(-0.0))
     return rows
@@ -124,6 +126,37 @@ def lines_of_sight(
         which[kept], first[kept], begin[kept], line[kept], skipped[kept] = p, start, start + way * share, way, share
         kept += 1
     return kept
+
+
+def passed_points(
+    runs: int, points: int, room: int, columns: int, steps: int, middle: float, half: float, begin: float, end: float,
+    step: float, width_cosine: float, near: float, beside: float, earth_radius: float, first: Indices, last: Indices,
+    position: Floats, normal: Any, one_sided: Flags, lift: Any, polynomial: Floats, which: Indices, crossing: Floats,
+    cosine: Floats,
+) -> int:  # fmt: skip
+    chosen = np.concatenate([np.arange(a, b) for a, b in zip(first, last, strict=True)] or [first])
+    line = polynomial[0, :3] - position[chosen]
+    distance = np.hypot(line[:, 0], line[:, 1])
+    ahead = np.cos(np.arctan2(-line[:, 0], -line[:, 1]) - middle * step)
+    line = curved(line, earth_radius)
+    facing = np.sum(line * normal[chosen], axis=1) / np.linalg.norm(line, axis=1)
+    facing = np.where(one_sided[chosen], facing, np.abs(facing))
+    number = np.full(len(chosen), middle)
+    for _ in range(steps):
+        u = (number - middle) / half
+        at = np.polynomial.polynomial.polyval(u, polynomial)
+        velocity = np.polynomial.polynomial.polyval(u, np.polynomial.polynomial.polyder(polynomial)[:, :2]) / half
+        offset = np.column_stack([position[chosen, :2], position[chosen, 2] + lift[chosen]]) - at[:3].T
+        change = (velocity[1] * offset[:, 0] - velocity[0] * offset[:, 1]) / np.hypot(offset[:, 0], offset[:, 1]) ** 2
+        if columns > 4:
+            offset = np.einsum("ijn,nj->ni", at[4:].reshape(3, 3, -1), curved(offset, earth_radius))
+        left = np.angle(np.exp(1j * (np.arctan2(offset[:, 0], offset[:, 1]) - number * step)))
+        number = np.clip(number + left / (step - np.clip(change, -step / 2, step / 2)), middle - 2 * half, middle + 2 * half)
+    number[distance <= beside] = middle
+    passed = ((distance <= near) | (ahead >= width_cosine)) & (facing > 0.0) & (number >= begin) & (number < end)
+    count = int(passed.sum())
+    which[:count], crossing[:count], cosine[:count] = chosen[passed], number[passed], facing[passed]
+    return count
 
 
 def points_behind(
@@ -251,7 +284,8 @@ def lattice_sums(count: int, begin: int, points: int, corner: Indices, share: Fl
 WITNESSES: dict[str, Any] = {
     function.__name__: function
     for function in (
-        phasors, beam_weights, spread_points, spread_series, echo_positions, lines_of_sight, points_behind, surface_points,
+        phasors, beam_weights, spread_points, spread_series, echo_positions, lines_of_sight, passed_points, points_behind,
+        surface_points,
         strata, leg_rays, leg_weights, leg_lengths, lattice_nodes, lattice_between, lattice_sums, shadow_planes, stand_before,
         skyline, weighted_normals,
     )

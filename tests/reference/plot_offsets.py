@@ -64,7 +64,9 @@ def measured(aspects: Sequence[float], scans: int, ship: dict[str, Any], seed: i
         scan = simulator.scan()
         plots = extractor.add(scan).plots
         truths = truths_of(simulator, range(scan.number, scan.number + 1), [body["name"] for body in bodies])[0]
-        results.append(ScanResult(tracker_input(scan, plots, scene.radar.rotation_period), (), truths))
+        results.append(
+            ScanResult(tracker_input(scan.number, scan.time, scan, plots, scene.radar.rotation_period), (), truths)
+        )
     every = [match for some in matches(results) for match in some if match.truth.centroid]
     return [_offsets(aspect, [match for match in every if match.truth.body == f"{aspect}"]) for aspect in aspects]
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from radar_service.numerics.ragged import spans
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BearingWedge
 from radar_service.scattering.resting_points import MapCells
@@ -23,7 +24,7 @@ def test_cells_miss_no_point_of_a_wedge(antenna: tuple[float, float]) -> None:
     position = position[order]
     for middle in (0.1, 2.0, 4.5):
         wedge = BearingWedge(np.array([*antenna, 15.0]), middle, 0.1, 300.0)
-        chosen = cells.within(wedge)
+        chosen = spans(*cells.within(wedge))[1]
         assert len(np.unique(chosen)) == len(chosen)
         assert set(np.flatnonzero(wedge.contains(position)).tolist()) <= set(chosen.tolist())
         assert wedge.contains(position[chosen], 182.0).all()

@@ -182,7 +182,6 @@ def play(scene_input: dict[str, Any]) -> None:
 
 def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
     """File and number of the lines of the package that a scene runs, but for imports and what caches keep."""
-    play(scene_input)
     lines, left = set[tuple[str, int]](), dict[CodeType, set[int | None]]()
 
     def trace(frame: FrameType, event: str, argument: object) -> Any:
@@ -208,7 +207,8 @@ def lines_of(scene_input: dict[str, Any]) -> set[tuple[str, int]]:
 
 @cache
 def lines_with_all() -> set[tuple[str, int]]:
-    """Those of the scene with all effects."""
+    """Those of the scene with all effects, whose first run imports and fills what caches keep for the other scenes."""
+    play(content())
     return lines_of(content())
 
 

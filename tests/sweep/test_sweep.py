@@ -14,11 +14,13 @@ from radar_service.batch.dask_cluster import cluster
 from radar_service.batch.jobs import Outcome
 from radar_service.batch.worker_processes import WorkerDied, processes
 from radar_service.sweep import sweep as sweep_module
+from radar_service.sweep.estimate import COPIES, HOUR, estimate
+from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import SweepStore
 from tests.batch.loopback_cluster import loopback_cluster
 from tests.sweep.killing import ended, files, killed, moments, started
-from tests.sweep.sweeps import SPEC, content, open_dataset, swept, written
+from tests.sweep.sweeps import SPEC, content, inputs, open_dataset, swept, written
 
 MORE = SPEC.replace("seeds = 2", "seeds = 3")  # 6 runs
 
@@ -204,3 +206,33 @@ def test_files_are_counted(tmp_path: Path) -> None:
     (tmp_path / "a").mkdir()
     (tmp_path / "a" / "b").touch()
     assert files(tmp_path) == 1 and files(tmp_path / "none") == 0
+
+
+# estimate: what a sweep will take, before it begins.
+
+
+def test_it_adds_up_what_it_measures(tmp_path: Path) -> None:
+    of = inputs(tmp_path, SPEC.replace("seeds = 2", "seeds = 50"))
+    layout = layout_of(of)
+    taken = estimate(of, layout)
+    (cost,) = taken.scenes
+    assert cost.runs == 100 and cost.scan == pytest.approx(1.0 / cost.realtime_factor)  # a scan is of a second
+    assert taken.cpu_hours == pytest.approx(100 * (cost.set_up + 3 * (cost.scan + cost.write)) / HOUR)
+    assert taken.memory > COPIES * layout.chunk_bytes and min(cost.set_up, cost.scan, cost.write) > 0.0
+    lines = str(taken).splitlines()
+    assert lines[0] == "100 runs of 3 scans of 60 x 40" and "CPU hours on this machine" in lines[1]
+    assert lines[-2].startswith(f"{layout.bytes / 1e6:.3g} MB of arrays") and "memory a worker" in lines[-1]
+
+
+def test_bytes_are_those_that_a_sweep_leaves(tmp_path: Path) -> None:
+    """One scan stands for all: noise compresses alike. The marks and coordinates of four runs are left out, 2 kB."""
+    of, address, _ = swept(tmp_path, SPEC)
+    store = SweepStore(address)
+    files = [path for each in store.variables for path in (tmp_path / "out.zarr" / each.name / "c").rglob("*")]
+    there = sum(path.stat().st_size for path in files if path.is_file())
+    assert estimate(of, layout_of(of)).stored == pytest.approx(there, rel=0.15)
+
+
+def test_the_specification_as_printed_has_a_time_too(tmp_path: Path) -> None:
+    of = inputs(tmp_path, 'scene = "small.toml"\nfidelity = "documented"')
+    assert estimate(of, layout_of(of)).scenes[0].realtime_factor > 0.0

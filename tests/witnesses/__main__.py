@@ -81,21 +81,8 @@ def served(folder: Path, scene: dict[str, Any], pace: int = 1) -> Iterator[None]
     """The service with both ports, once they are open."""
     file = folder / "scene.json"
     file.write_text(json.dumps(scene))
-    command = [
-        sys.executable,
-        "-m",
-        "radar_service",
-        "serve",
-        str(file),
-        "--port",
-        "0",
-        "--fidelity",
-        "fast",
-        "--start-utc",
-        START,
-        "--pace",
-        str(pace),
-    ]
+    command = [sys.executable, "-m", "radar_service", "serve", str(file), "--port", "0", "--fidelity", "fast"]
+    command += ["--start-utc", START, "--pace", str(pace)]
     ports = ["--nmea-tcp", str(NMEA), "--ais-tcp", str(AIS)]
     with subprocess.Popen([*command, *ports], stdout=subprocess.PIPE, text=True) as service:
         try:

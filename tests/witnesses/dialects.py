@@ -59,9 +59,9 @@ IMAGE = {"garmin-xhd": (1440, 705), "navico-halo": (2048, 1024)}
 
 
 def still_scene(noise: bool = False) -> dict[str, Any]:
-    """Weak reflectors, below the highest video, from a ship at rest, whose picture without noise is always the same."""
-    moving = scene()
-    bodies = [{**body, "rcs_dbsm": body["rcs_dbsm"] - 25} for body in moving["body"]]
+    """Reflectors from a ship at rest: without noise weak, below the highest video, and the picture is always the same."""
+    moving, weaker = scene(), 0 if noise else 25
+    bodies = [{**body, "rcs_dbsm": body["rcs_dbsm"] - weaker} for body in moving["body"]]
     return {**moving, "own_ship": {"heading_deg": 33}, "body": bodies, "environment": {"noise": noise, "multipath": False}}
 
 
@@ -142,7 +142,7 @@ def asterix_plots(folder: Path) -> str:
                 for each in ours
             ]
             assert np.allclose(rows, theirs, rtol=0.0, atol=1e-9), (rows, theirs)
-    for plots in read:
+    for plots in read[1:]:  # sidelobes of a strong echo may reach to the first spoke of all, which cuts it
         for crossing in truth():
             bearing = true_deg(crossing["bearing"], [0.0, 0.0], (50.0, 1.0))
             errors = [

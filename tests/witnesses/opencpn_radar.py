@@ -1,4 +1,4 @@
-"""OpenCPN with the whole plugin radar_pi, built from its sources (`radar_pi.mk`), which draws the radar as a Garmin xHD, and
+"""OpenCPN with the whole plugin radar_pi, built from its sources (`radar_pi.mk`), which draws the radar as xHD and HALO, and
 whose ARPA the bench judges on video by the TTM that OpenCPN passes on.
 
 RADAR_PI names the sources with their submodule opencpn-libs. The plugin needs OpenCPN with OpenGL, which Xvfb draws in software,
@@ -85,8 +85,8 @@ opencpn & chart=$!
 sleep 10
 xdotool search --name Welcome windowraise; xdotool mousemove 817 628 click 1
 sleep 12
-xdotool search --name "Garmin xHD" windowmap %@ windowraise %@
-xdotool search --name "Garmin xHD" windowsize %@ 560 585 windowmove %@ 320 10
+xdotool search --name "$TITLE" windowmap %@ windowraise %@
+xdotool search --name "$TITLE" windowsize %@ 560 585 windowmove %@ 320 10
 sleep 15
 import -window root -crop 896x630+0+0 +repage "$PICTURE"
 kill $chart $service $screen
@@ -100,35 +100,29 @@ def plugin(folder: Path, sources: Path) -> Path:
     (build / "config.h").write_text(CONFIG)
     folders = [f"-I{sources}/include{name}" for name in INCLUDES]
     folders += [f"-I{sources}/opencpn-libs/{name}" for name in LIBRARIES]
-    command = [
-        "make",
-        "-s",
-        "-C",
-        str(build),
-        "-f",
-        str(MAKEFILE),
-        "-j2",
-        f"RADAR={sources}",
-        f"WX={WX}",
-        f"INCLUDES={' '.join(folders)}",
-    ]
+    command = ["make", "-s", "-C", str(build), "-f", str(MAKEFILE), "-j2", f"RADAR={sources}", f"WX={WX}"]
+    command.append(f"INCLUDES={' '.join(folders)}")
     subprocess.run(command, check=True)
     return build / "libradar_pi.so"
 
 
 def drawn(folder: Path) -> str:
-    """Lets OpenCPN with radar_pi draw the reflectors on FOLDER/opencpn-radar.png. Raises AssertionError."""
+    """Lets OpenCPN with radar_pi draw the reflectors on FOLDER/opencpn-radar.png and opencpn-halo.png. Raises AssertionError."""
     if not (name := os.environ.get("RADAR_PI", "")):
         return "not asked, without RADAR_PI"
-    home, picture = home_for(folder / "opencpn-radar", Path(name).resolve(), SETTINGS), folder / "opencpn-radar.png"
-    service = serving(folder, "--garmin-xhd", "br0", "--nmea-tcp", str(NMEA))
-    scene = folder / "reflectors.json"
-    scene.write_text(json.dumps(json.loads(scene.read_text()) | {"origin": ORIGIN}))
-    own = {"HOME": str(home), "DISPLAY": SCREEN, "SERVE": " ".join(service), "PICTURE": str(picture)}
-    picture.unlink(missing_ok=True)
-    command = alone(["sh", "-c", SHOWN])
-    subprocess.run(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-    return f"{judged(picture):.1f} pixels of {RANGE / RADIUS:.1f} m at most from five reflectors; {picture} shows them"
+    farthest = []
+    for title, option in (("Navico Halo A", "navico-halo"), ("Garmin xHD", "garmin-xhd")):
+        picture = folder / f"opencpn-{'radar' if option == 'garmin-xhd' else 'halo'}.png"
+        home = home_for(folder / "opencpn-radar", Path(name).resolve(), SETTINGS.replace("Garmin xHD", title))
+        service = serving(folder, f"--{option}", "br0", "--nmea-tcp", str(NMEA))
+        scene = folder / "reflectors.json"
+        scene.write_text(json.dumps(json.loads(scene.read_text()) | {"origin": ORIGIN}))
+        own = {"HOME": str(home), "DISPLAY": SCREEN, "SERVE": " ".join(service), "PICTURE": str(picture), "TITLE": title}
+        picture.unlink(missing_ok=True)
+        command = alone(["sh", "-c", SHOWN])
+        subprocess.run(command, env=os.environ | own, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+        farthest.append(f"{judged(picture):.1f} pixels as {title}, {picture}")
+    return f"at most {' and '.join(farthest)}, of {RANGE / RADIUS:.1f} m, from five reflectors"
 
 
 def home_for(home: Path, sources: Path, settings: str) -> Path:

@@ -1,6 +1,8 @@
 """What a run of the bench gives to be scored: the truth of each target in a scan, what a tracker got, and what it answered."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -38,14 +40,15 @@ class TargetTruth:
 @dataclass(frozen=True)
 class ScanResult:
     """One scan of a run. given: what the tracker got; tracks: what it answered; truths: of the targets in this scan; ais_of: of
-    each AIS report in `given` the target whose state it is, None: none that is there; flood: of the plot extractor; seconds,
-    memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
+    each AIS report in `given` the target whose state it is, None: none that is there; orders: of the user, by names of
+    targets; flood: of the plot extractor; seconds, memory: that the tracker took [s], and takes up [bytes] (None: not known)."""
 
     given: TrackerInput
     tracks: tuple[TrackState, ...]
     truths: tuple[TargetTruth, ...]
     flood: Flood | None = None
     ais_of: tuple[str | None, ...] = ()
+    orders: tuple[Mapping[str, Any], ...] = ()
     seconds: float = field(default=0.0, compare=False)
     memory: int | None = field(default=None, compare=False)
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from radar_service.bench.scores.acquisition import acquisition_scores
 from radar_service.bench.scores.association_scores import association_scores
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.motion_scores import motion_scores, percentile_95
@@ -49,6 +50,7 @@ def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dic
         **motion_scores(run),
         **warning_scores(run),
         **association_scores(run),
+        **acquisition_scores(run),
     }
 
 

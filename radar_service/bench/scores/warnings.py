@@ -23,11 +23,12 @@ def warning_scores(run: JudgedRun) -> dict[str, float | None]:
     cpa = [abs(track.cpa - true) / NAUTICAL_MILE for some in states for track, true, _ in some if track.cpa is not None]
     tcpa = [abs(track.tcpa - true) / 60.0 for some in states for track, _, true in some if track.tcpa is not None]
     alarms = [alarm for some in states if (alarm := _alarms(some))]
-    errors = {"lost_errors": [*_lost(run)], "full_errors": [*_full(run)], "false_alarms": [false for _, false in alarms]}
-    late = [late for late, _ in alarms if late is not None]
+    errors = {"lost_errors": [*_lost(run)], "full_errors": [*_full(run)], "false_alarms": [false for _, false, _ in alarms]}
+    late = [late for late, _, _ in alarms if late is not None]
+    lead = [lead for _, _, lead in alarms if lead is not None]
     return {
         **{name: float(sum(some)) for name, some in errors.items() if some},
-        **({"alarm_late_scans": max(late)} if late else {}),
+        **({"alarm_late_scans": max(late)} if late else {}), **({"alarm_lead_min": min(lead) / 60.0} if lead else {}),
         **{
             name: float(np.percentile(some, 95.0, method="higher"))
             for name, some in {"said_cpa_nm": cpa, "said_tcpa_min": [*filter(np.isfinite, tcpa)]}.items() if some
@@ -51,8 +52,9 @@ def true_approach(scan: JudgedScan, body: str) -> tuple[float, float]:
     return float(cpa), float(tcpa)
 
 
-def _alarms(states: Sequence[tuple[TrackState, float, float]]) -> tuple[float | None, bool] | None:
-    """How many scans the alarm of a target is late, None where none is due, and whether one is false."""
+def _alarms(states: Sequence[tuple[TrackState, float, float]]) -> tuple[float | None, bool, float | None] | None:
+    """How many scans the alarm of a target is late, None where none is due; whether one is false; and its true TCPA [s] at the
+    first alarm within the limits of CPA, None where none is."""
     alarms = [track.alarm for track, _, _ in states]
     if all(alarm is None for alarm in alarms):
         return None
@@ -60,7 +62,8 @@ def _alarms(states: Sequence[tuple[TrackState, float, float]]) -> tuple[float | 
     beyond = [cpa > CPA_LIMIT + CPA_ERROR or tcpa < -TCPA_ERROR or tcpa > TCPA_LIMIT + TCPA_ERROR for _, cpa, tcpa in states]
     due = within.index(True) if True in within else None
     late = None if due is None else next((k for k, alarm in enumerate(alarms[due:]) if alarm), len(alarms) - due)
-    return late, any(alarm and far for alarm, far in zip(alarms, beyond, strict=True))
+    lead = next((tcpa for track, cpa, tcpa in states if track.alarm and cpa <= CPA_LIMIT and tcpa >= 0.0), None)
+    return late, any(alarm and far for alarm, far in zip(alarms, beyond, strict=True)), lead
 
 
 def _lost(run: JudgedRun) -> Iterator[bool]:

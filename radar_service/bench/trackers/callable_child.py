@@ -14,6 +14,7 @@ from typing import Any, TextIO
 
 from radar_service.bench.trackers.tracker import AisTarget, DataSheet, Tracker, TrackerInput, begin_run
 from radar_service.plots.plot import Plot
+from radar_service.strict_json import tupled
 
 READY = "ready"
 
@@ -34,15 +35,12 @@ def serve(maker: Callable[[], Tracker], lines: Iterable[str], answers: TextIO) -
 
 
 def scan_of(message: Mapping[str, Any]) -> TrackerInput:
-    """Returns the scan that TrackerInput.as_dict has made plain."""
+    """Returns the scan that TrackerInput.as_dict, or a file, has made plain."""
+    ais, plots = message.get("ais"), tuple(Plot(**tupled(plot)) for plot in message["plots"])
     fields = {name: value for name, value in message.items() if name != "type"}
-    if "ais" in fields:
-        fields["ais"] = tuple(AisTarget(**report) for report in fields["ais"])
-    return TrackerInput(**{**fields, "plots": tuple(Plot(**_tuples(plot)) for plot in message["plots"])})
-
-
-def _tuples(fields: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
+    reports = None if ais is None else tuple(AisTarget(**report) for report in ais)
+    orders = tuple(message.get("orders") or ()) or None
+    return TrackerInput(**fields | {"plots": plots, "ais": reports, "orders": orders})
 
 
 def callable_of(name: str) -> Callable[[], Tracker]:

@@ -20,6 +20,7 @@ MAX_PLOTS = 10_000  # of an answer
 PLOT_KEYS = ("time", "range", "bearing")
 KEYS = ("time", "east", "north", "velocity_east", "velocity_north")
 NUMBERS, FLAGS = ("cpa", "tcpa"), ("coasting", "alarm", "lost", "full")  # that it may have
+WORDS = {"priority": ("ais", "radar"), "acquired": ("automatic", "manual")}  # that it may have too
 T = TypeVar("T")
 
 
@@ -173,12 +174,14 @@ def _state(track: Mapping[str, Any]) -> TrackState:
     for key, flag in flags.items():
         if not isinstance(flag, bool):
             raise ValueError(f"{key} is {_shown(flag)}; true or false is needed")
-    mmsi, priority = track.get("mmsi"), track.get("priority")
+    mmsi = track.get("mmsi")
+    words: dict[str, Any] = {key: track.get(key) for key in WORDS}
     if mmsi is not None and (not isinstance(mmsi, int) or isinstance(mmsi, bool) or not 0 < mmsi < 1e9):
         raise ValueError(f"mmsi is {_shown(mmsi)}; a whole number of nine digits at most is needed")
-    if priority not in (None, "ais", "radar"):
-        raise ValueError(f"priority is {_shown(priority)}; ais or radar is needed")
-    return TrackState(track=str(name), **values, **flags, mmsi=mmsi, priority=priority)
+    for key, word in words.items():
+        if word is not None and word not in WORDS[key]:
+            raise ValueError(f"{key} is {_shown(word)}; {' or '.join(WORDS[key])} is needed")
+    return TrackState(track=str(name), **values, **flags, mmsi=mmsi, **words)
 
 
 def _numbers(record: Mapping[str, Any], keys: Sequence[str]) -> dict[str, float]:

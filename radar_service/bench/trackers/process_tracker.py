@@ -2,6 +2,7 @@
 
 import json
 import os
+import secrets
 import shlex
 import shutil
 import signal
@@ -21,6 +22,7 @@ from typing_extensions import override
 from radar_service.bench.trackers.callable_child import READY
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
 
+MARK = "RADAR_SERVICE_TRACKER"  # in the environment of a program, and of what it starts
 MAX_WAITING = 4  # answers that nobody has asked for yet
 MAX_PROCESSES = 64  # of a program with all that it starts
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
@@ -41,6 +43,7 @@ class ProcessTracker(LineTracker):
         cannot read, which then has a working folder of its own; None for an open run. Raises TrackerError."""
         super().__init__(command, timeout)
         self.key: Hashable = None  # of what it was started as, where it may wait
+        self._mark = secrets.token_hex(16)
         self._folder: TemporaryDirectory[str] | None = None
         try:
             self._process = self._started(self._words(command), sealed)
@@ -89,7 +92,7 @@ class ProcessTracker(LineTracker):
 
     def _started(self, words: Sequence[str], sealed: Sequence[str] | None) -> "subprocess.Popen[str]":
         """The program, in a group of its own, so that what it starts ends with it."""
-        pipe, environment, folder = subprocess.PIPE, {**os.environ}, None
+        pipe, environment, folder = subprocess.PIPE, {**os.environ, MARK: self._mark}, None
         if sealed is not None:
             program = shutil.which(words[0])
             if program is None:
@@ -97,11 +100,9 @@ class ProcessTracker(LineTracker):
             self._folder = TemporaryDirectory(prefix="tracker-", ignore_cleanup_errors=True)
             folder = environment["TMPDIR"] = os.path.realpath(self._folder.name)
             environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.getcwd(), environment.get("PYTHONPATH")]))
-            files = [os.path.abspath(program), *(os.path.abspath(word) for word in words[1:] if os.path.isfile(word))]
-            rest = [os.path.abspath(word) if os.path.exists(word) else word for word in words[1:]]
-            words = [files[0], *rest]
+            words = [os.path.abspath(word) if os.path.exists(word) else word for word in (program, *words[1:])]
             if sealed:
-                request = json.dumps({"sealed": [*sealed], "files": files})
+                request = json.dumps({"sealed": [*sealed], "files": [*filter(os.path.isfile, words)]})
                 words = [sys.executable, "-I", "-S", str(SEALED), request, *words]
         return subprocess.Popen(
             words, stdin=pipe, stdout=pipe, stderr=pipe, encoding="utf-8", errors="replace", start_new_session=True,
@@ -113,6 +114,10 @@ class ProcessTracker(LineTracker):
         with suppress(OSError, AttributeError):  # Windows has no groups
             os.killpg(self._process.pid, signal.SIGKILL)
         self._process.kill()
+        for environment in Path("/proc").glob("[0-9]*/environ"):  # of what has left the group, where Linux tells
+            with suppress(OSError):
+                if f"{MARK}={self._mark}".encode() in environment.read_bytes():
+                    os.kill(int(environment.parent.name), signal.SIGKILL)
 
     @override
     def write(self, line: str) -> None:

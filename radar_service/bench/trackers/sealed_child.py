@@ -13,7 +13,7 @@ import sys
 from collections.abc import Collection, Iterator, Sequence
 
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446
-WRITE_FILE, READ_FILE, REMOVE_FILE = 2, 4, 32  # LANDLOCK_ACCESS_FS_*
+WRITE_FILE, READ_FILE, REMOVE_FILE, MAKE_REG = 2, 4, 32, 256  # LANDLOCK_ACCESS_FS_*
 NO_NEW_PRIVILEGES = 38  # PR_SET_NO_NEW_PRIVS
 NOBODY = 65534
 OWN = ("/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/sys", "/proc/filesystems")
@@ -42,12 +42,12 @@ def devices() -> Iterator[str]:
 def seal(sealed: Collection[str]) -> None:
     """Keeps this process and its children from the sealed folders for good. Raises OSError."""
     system = ctypes.CDLL(None, use_errno=True)
-    rights = WRITE_FILE | READ_FILE | REMOVE_FILE
+    rights = WRITE_FILE | READ_FILE | REMOVE_FILE | MAKE_REG
     ruleset = system.syscall(CREATE_RULESET, struct.pack("=Q", rights), 8, 0)
     for path in (*granted("/", {*sealed, "/proc", "/dev"}), *devices(), *OWN):
         with contextlib.suppress(OSError):
             place = os.open(path, os.O_PATH | os.O_CLOEXEC)
-            allowed = rights if stat.S_ISDIR(os.fstat(place).st_mode) else rights & ~REMOVE_FILE
+            allowed = rights if stat.S_ISDIR(os.fstat(place).st_mode) else WRITE_FILE | READ_FILE
             system.syscall(ADD_RULE, ruleset, 1, struct.pack("=Qi", allowed, place), 0)
             os.close(place)
     if system.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0) or system.syscall(RESTRICT_SELF, ruleset, 0):
@@ -65,6 +65,7 @@ def become_nobody(files: Sequence[str]) -> None:
             os.setgroups([])
             os.setgid(NOBODY)
             os.setuid(NOBODY)
+            os.environ["HOME"] = os.getcwd()  # the one of root is closed to it
 
 
 if __name__ == "__main__":

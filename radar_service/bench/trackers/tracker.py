@@ -1,7 +1,7 @@
 """What a tracker gets and gives: the plots of one scan, and the states of its tracks, which may be moved on to another time."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal, Protocol
 
@@ -70,6 +70,7 @@ class TrackerInput:
     heading, course, speed: of own ship.
     plots: by time.
     ais: reports received in the scan; None: the scenario has no AIS.
+    orders: of the user at its end, as docs/bench.md has them; None: the user gives none in it.
     """
 
     scan: int
@@ -81,11 +82,11 @@ class TrackerInput:
     speed: float
     plots: tuple[Plot, ...]
     ais: tuple[AisTarget, ...] | None = None
+    orders: tuple[Mapping[str, Any], ...] | None = None
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain data: the names of the fields, and `type`; no `ais` where it is None."""
-        data = {"type": "scan", **asdict(self)}
-        return data if self.ais is not None else {key: value for key, value in data.items() if key != "ais"}
+        """Plain data: the names of the fields, and `type`; without what is None."""
+        return {"type": "scan", **{key: value for key, value in asdict(self).items() if value is not None}}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,7 +102,8 @@ class TrackState:
     full: whether the tracker can follow no more.
     mmsi: of the AIS target that is associated with it.
     priority: whose data are displayed, "ais" or "radar".
-    None of these seven: the tracker does not say, and is not judged.
+    acquired: how, "automatic" (in the zone) or "manual".
+    None of these eight: the tracker does not say, and is not judged.
     """
 
     track: str
@@ -118,6 +120,7 @@ class TrackState:
     full: bool | None = None
     mmsi: int | None = None
     priority: Literal["ais", "radar"] | None = None
+    acquired: Literal["automatic", "manual"] | None = None
 
 
 class Tracker(Protocol):

@@ -17,6 +17,7 @@ from radar_service.service.logs import log_event
 from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 
 PATIENCE = 0.8  # s for the scans that a process still has at the end: a port has a second
+GONE = "the process of plots was killed or ran out of memory; the next scan begins another: if it goes too, free memory"
 
 
 class AsterixPort(UdpPort):
@@ -142,8 +143,10 @@ class PlotSink(SpokeSink):
         try:
             ended = plots()
         except (OSError, EOFError):
+            if self._process is None:  # none could be started
+                raise
             self._end()
-            raise
+            raise ConnectionError(GONE) from None
         assert self._radar is not None
         self._port.send(plot_blocks(ended, self._radar.epoch, self._sac, self._sic))
 

@@ -21,7 +21,7 @@ from radar_service.service.radio.status import state
 from radar_service.service.spokes import SpokeSink
 
 BETWEEN = 0.005  # s between two readings of commands: so a flood takes a few per cent of a core
-LOOK = 0.1  # s between two looks at what is due
+LOOK = 100  # ms between two looks at what is due
 TRANSMITS = ("running", "behind")  # states of a radar
 MAX_COMMAND = 64  # bytes; longer ones are cut, and then of no form
 
@@ -81,9 +81,12 @@ class DialectPort(OneRadarPort):
             self._to.become(TRANSMIT if change.values["state"] in TRANSMITS else STANDBY)
 
     def _run(self) -> None:
+        poll = select.poll()  # `select` takes no descriptor from 1024 on
+        for socket in (socket for each in self._listeners for socket in each.sockets):
+            poll.register(socket, select.POLLIN)
         while not self._ends.wait(BETWEEN):
             try:
-                select.select([socket for each in self._listeners for socket in each.sockets], [], [], LOOK)
+                poll.poll(LOOK)
                 sought = self._read()
                 if self._level != self._to.setting.level:
                     self._to.report(level=self._level)

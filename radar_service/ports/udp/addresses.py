@@ -20,6 +20,7 @@ from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
 MAX_DATAGRAMS = 64  # at once
+IP_MULTICAST_ALL = 49  # of Linux
 REJOIN = 5.0  # s: an interface that was away and came back is in no group
 LINK_LOCAL = re.compile("fe[89ab]|ff.[12]:", re.IGNORECASE)  # of IPv6, RFC 4291
 
@@ -164,6 +165,8 @@ def join(receiving: socket.socket, where: Address) -> None:
     if where.is_group:
         group = ip_address(where.host).packed
         if where.family == socket.AF_INET:
+            if where.interface and sys.platform == "linux":  # not what comes by interfaces that other programs have joined
+                receiving.setsockopt(socket.IPPROTO_IP, IP_MULTICAST_ALL, 0)
             receiving.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, group + where.interface_address)
         else:
             request = group + where.interface_index.to_bytes(4, sys.byteorder)

@@ -47,6 +47,11 @@ class EdgeLimits(NamedTuple):
 
     def coherence(self, nearest: float) -> float:
         """The longer of cell and edge [m] of a body whose nearest part is so far away [m]."""
+        return self.highest(nearest, 1.0)
+
+    def highest(self, nearest: float, upright: float, flattest: float = np.inf) -> float:
+        """The longer of edge and height of a cell [m], which is `upright` times its length, at most `flattest`."""
         nearest = max(nearest, NEAREST)
         edge, wide, bend = self.longest
-        return max(float(self.cell(np.array(nearest))), min(edge, wide * nearest, bend * math.sqrt(nearest)))
+        cell = min(upright * float(self.cell(np.array(nearest))), flattest)
+        return max(cell, min(edge, wide * nearest, bend * math.sqrt(nearest)))

@@ -32,7 +32,7 @@ from radar_service.scattering.physical_optics.path_centres import PathCentres
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
 from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT
-from radar_service.scattering.physical_optics.sea_field import SeaField, ground_before
+from radar_service.scattering.physical_optics.sea_field import FLATTEST, SeaField, ground_before
 from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import normals_and_areas
@@ -55,7 +55,6 @@ class PhysicalOptics(AspectModel):
     lit_by_sea: ClassVar[bool] = True
     tells_sea_delay: ClassVar[bool] = False  # echoes by each path have ranges of their own
     has_resting_points: ClassVar[bool] = False
-    upright: ClassVar[float] = UPRIGHT
 
     def __init__(
         self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext
@@ -80,6 +79,11 @@ class PhysicalOptics(AspectModel):
         """Size [m] over which phases are summed into one echo of body b at `distance` [m]: echoes hold while its aspect
         turns by much less than a wavelength over this."""
         return self._optical[b].limits.coherence(distance - self.bodies[b].radius)
+
+    def upright(self, b: int, distance: float) -> float:
+        """The height [m] of what `coherence` is the length of."""
+        flattest = FLATTEST if self._environment.multipath else np.inf
+        return self._optical[b].limits.highest(distance - self.bodies[b].radius, UPRIGHT, flattest)
 
     def _in_wedge(self, instant: Instant) -> list[int]:
         """The bodies that have a part in the wedge of an instant."""

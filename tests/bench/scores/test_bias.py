@@ -42,7 +42,7 @@ def biases(azimuths: int, change: Change, gyro_deg: float = 0.0, misalignment_de
     simulator, extractor, results = Simulator(scene, "balanced", 1), PlotExtractor(scene.radar), []
     for _ in range(SCANS):
         scan = change(simulator.scan())
-        given = tracker_input(scan, extractor.add(scan).plots, scene.radar.rotation_period)
+        given = tracker_input(scan.number, scan.time, scan, extractor.add(scan).plots, scene.radar.rotation_period)
         results.append(ScanResult(given, (), *truths_of(simulator, range(scan.number, scan.number + 1), ["t"])))
     return range_and_bearing_bias(results)
 

@@ -48,6 +48,10 @@ def test_an_alarm_is_due_where_the_errors_of_table_3_leave_no_doubt(
     """A TCPA of 1770 s ends scan 75: half an hour, less half a minute."""
     scores = coming(lambda scan: {"alarm": scan >= first}, north=north)
     assert (scores["alarm_late_scans"], scores["false_alarms"]) == (late, false)
+    lead = (
+        None if first == 999 else pytest.approx((1960.0 - 2.5 * (max(first, 72) + 1)) / 60.0)
+    )  # scan 72 ends three minutes
+    assert scores.get("alarm_lead_min") == lead
 
 
 def test_a_ship_that_keeps_its_range_has_no_time_of_approach() -> None:

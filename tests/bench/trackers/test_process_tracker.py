@@ -1,6 +1,8 @@
 """Trackers in other programs: JSON Lines on standard input and output, and every way in which they go wrong."""
 
 import contextlib
+import os
+import select
 import sys
 import tempfile
 from pathlib import Path
@@ -149,6 +151,18 @@ def test_a_program_that_forks_without_end_fails(tmp_path: Path, monkeypatch: pyt
     with pytest.raises(TrackerError, match="tracker: '.*' has 6 processes; at most 4"):
         list(answered([ScanResult(given(0, ()), (), ())], tracker))
     tracker.close()
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc is absent")
+def test_a_child_in_a_session_of_its_own_ends_with_its_program(tmp_path: Path) -> None:
+    """Its output hangs up as it ends."""
+    os.mkfifo(fifo := tmp_path / "fifo")
+    (hung_up := select.poll()).register(output := os.open(fifo, os.O_RDONLY | os.O_NONBLOCK), select.POLLHUP)
+    child = f"subprocess.Popen(['sleep', '600'], stdout=open({str(fifo)!r}, 'w'), stderr=-3, start_new_session=True)"
+    tracker = ProcessTracker(program(tmp_path, f"import subprocess\n{child}\ninput()"), {})
+    tracker.close()
+    assert hung_up.poll(10_000)
+    os.close(output)
 
 
 def test_a_million_tracks_are_refused(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """A sealed program tries to find the truth: by files, by other processes, by disks. Each try is one that works unsealed."""
 
 import os
+import shlex
 import sys
 from collections.abc import Iterator
 from contextlib import closing
@@ -54,13 +55,26 @@ def found(code: str, folder: Path, sealed: tuple[str, ...] | None) -> str:
         "return os.popen('cat {secret}/truth').read() or open('{secret}/truth').read()",
         "os.rename('{secret}', '{secret}-mine'); os.rename('{secret}-mine', '{secret}'); return open('{secret}/truth').read()",
         "return open('{secret}/truth', 'a').write('lies')",
+        "return os.mknod(f'{secret}/{{os.getpid()}}')",
         "return open(f'/proc/{{os.getppid()}}/cmdline').read()",
         "return open(f'/proc/{{os.getppid()}}/environ', 'rb').read()",
         "return open(f'/proc/{{os.getppid()}}/maps').read()",
         "return open(f'/proc/{{os.getppid()}}/mem', 'rb').seek(0)",
         "return open(f'/proc/{{os.getppid()}}/cwd/bench-plots/truth').read()",
     ],
-    ids=["file", "link", "child", "renamed", "written", "command line", "environment", "maps", "memory", "its folder"],
+    ids=[
+        "file",
+        "link",
+        "child",
+        "renamed",
+        "written",
+        "made",
+        "command line",
+        "environment",
+        "maps",
+        "memory",
+        "its folder",
+    ],
 )
 def test_a_cheat_that_works_in_an_open_run_is_refused_in_a_blind_one(code: str, secret: Path) -> None:
     code = code.format(secret=secret)
@@ -74,6 +88,15 @@ def test_it_works_in_a_folder_of_its_own_and_reads_all_else(secret: Path) -> Non
     code = f"open('note', 'w').write('x'); return (open('{secret.parent}/weights').read(), open('note').read(), os.getcwd())"
     mine, note, folder = eval(found(code, secret.parent, (str(secret),)))
     assert (mine, note) == ("mine", "x") and Path(folder).name.startswith("tracker-") and not Path(folder).exists()
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="others stay who they are, at home")
+def test_a_program_of_root_s_has_a_home_in_which_it_may_write(secret: Path) -> None:
+    state = '{"track": "%s", "time": 0, "east": 0, "north": 0, "velocity_east": 0, "velocity_north": 0}'
+    answer = f'{{"type": "tracks", "scan": 0, "tracks": [{state}]}}'
+    code = f"read header; read scan; touch $HOME/note; printf '{answer}\n' $(ls $HOME); read end"
+    with closing(ProcessTracker(shlex.join(["sh", "-c", code]), {}, sealed=(str(secret),))) as tracker:
+        assert tracker.update(given(0, ()))[0].track == "note"
 
 
 def test_all_but_the_sealed_folders_is_granted_and_no_disk(secret: Path) -> None:

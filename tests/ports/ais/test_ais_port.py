@@ -11,11 +11,10 @@ import pytest
 
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.port import Service
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.simulator import Simulator
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
 from tests.ports.kept import Kept
-from tests.ports.nmea.test_nmea_port import SITES, on_the_air, simulator_of, stations_of
+from tests.ports.nmea.test_nmea_port import SITES, Replaced, on_the_air, simulator_of, stations_of
 from tests.reference.true_north import true_deg
 
 HULL = {"shape": "hull", "length_m": 120.0, "beam_m": 20.0, "height_m": 12.0}
@@ -229,19 +228,6 @@ def test_another_scene_begins_anew() -> None:
     for time in np.arange(0.0, 20.0, 0.1).tolist():
         port.tick("0", time)
     assert {int(m.mmsi) for _, m in messages(kept)} >= {200, 201, 202}
-
-
-class Replaced:
-    """A simulator whose process fails once."""
-
-    def __init__(self, simulator: Simulator) -> None:
-        self.info, self._simulator, self.faults = simulator.info, simulator, 1
-
-    def ship_states(self, *arguments: Any) -> Any:
-        self.faults -= 1
-        if self.faults >= 0:
-            raise SpokeSourceFault("gone")
-        return self._simulator.ship_states(*arguments)
 
 
 def test_reports_that_a_replaced_process_missed_come_later() -> None:

@@ -14,6 +14,7 @@ from radar_service.ports.dialect.dialect_port import DialectPort
 from radar_service.ports.garmin_xhd.datagrams import XHD
 from radar_service.ports.udp.addresses import Address, UdpListener
 from radar_service.service.settings import Pace, Settings
+from tests.descriptors import descriptors_taken
 from tests.ports.asgi import Server
 from tests.ports.garmin_xhd.reading import command, read_reports, read_spoke
 from tests.ports.kept import Kept
@@ -116,6 +117,18 @@ def test_what_is_no_command_is_counted_and_logged_once_and_a_flood_delays_nobody
         play(display.port, test, FAST)
     told = [record.__dict__["fields"]["reason"] for record in caplog.records if record.message == "command not followed"]
     assert sorted(told) == ["form", "unknown", "value"]
+
+
+def test_a_command_comes_by_a_descriptor_above_those_of_select() -> None:
+    with descriptors_taken(1024):
+        display = Display()
+
+        async def test(server: Server) -> None:
+            display.say(command(0x0934, 700, 2))
+            await display.tells(x0934=700)
+
+        play(display.port, test, FAST)
+    display.close()
 
 
 def test_reports_come_in_a_pause_too(display: Display) -> None:

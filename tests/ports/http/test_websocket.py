@@ -182,9 +182,10 @@ def on_loop(protocol: FramedWebSocket, *calls: Callable[[], object]) -> None:
 
 def read_until(client: socket.socket, end: bytes, got: bytes = b"") -> bytes:
     """What comes until it has `end`, or until the server closes."""
-    while end not in got[-2 * len(end) - 2**18 :] and (piece := client.recv(2**17)):
-        got += piece
-    return got
+    read = bytearray(got)
+    while end not in read[-2 * len(end) - 2**18 :] and (piece := client.recv(2**17)):
+        read += piece
+    return bytes(read)
 
 
 MUCH = b"x" * 2**24  # more than both kernels hold
@@ -226,14 +227,14 @@ def test_a_client_that_reads_slowly_stays_while_it_reads(monkeypatch: pytest.Mon
     """Its pong is late because the ping waits behind spokes."""
     with connection(monkeypatch) as (client, protocol, lost):
         on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.send_keepalive_ping)
-        got = client.recv(2**17)
+        got = bytearray(client.recv(2**17))
         while protocol.transport.get_write_buffer_size() > len(MUCH) // 2:
             got += client.recv(2**17)
         timer = protocol.pong_timer
         on_loop(protocol, protocol.keepalive_timeout)
         assert protocol.pong_timer is not timer and not lost.is_set()
         on_loop(protocol, protocol.keepalive_timeout)  # it has read nothing since, but for what its kernel took
-        assert TOO_SLOW_FRAME in read_until(client, TOO_SLOW_FRAME, got) or lost.wait(10)
+        assert TOO_SLOW_FRAME in read_until(client, TOO_SLOW_FRAME, bytes(got)) or lost.wait(10)
 
 
 def test_the_last_ping_is_answered_when_the_client_reads_again(monkeypatch: pytest.MonkeyPatch) -> None:

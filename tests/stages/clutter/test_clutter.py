@@ -10,7 +10,10 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import radar_service as rs
+from radar_service.plots.plot_report import kinds_of
 from radar_service.receive.compression import compression_for
+from radar_service.sources.numbers import source_names
+from radar_service.stages.clutter.effect import RAIN, SEA
 from radar_service.stages.clutter.resolution_cell import resolution_cell
 from radar_service.stages.clutter.sea import mean_sigma0, texture_shape, wind_factor
 from radar_service.stages.clutter.sea_clutter import sea_power
@@ -330,3 +333,14 @@ def test_a_point_target_stands_in_the_clutter_as_it_does_without() -> None:
     clutter = rs.Simulator(scene([], radar=radar, environment=environment), seed=6).scan().field
     alone = rs.Simulator(scene([target], radar=radar), seed=6).scan().field
     np.testing.assert_allclose(both - clutter, alone, atol=2e-6 * np.abs(both).max())
+
+
+# effect: sea and rain as sources of a scene.
+
+
+def test_every_scene_names_sea_and_rain_as_sources_of_their_own() -> None:
+    """So tables of labels are alike, whether a scene has clutter or not."""
+    for environment in ({}, {"sea_state": 3}):
+        names = source_names(made := scene(environment=environment))
+        assert (names[SEA], names[RAIN]) == (names[1], names[2]) == ("sea", "rain")
+        assert kinds_of(made, [SEA, RAIN]) == {SEA: "clutter", RAIN: "clutter"}

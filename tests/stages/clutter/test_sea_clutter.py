@@ -77,7 +77,7 @@ def measured_length(covariance: list[float], lag: float) -> float:
     return float(np.interp(-np.exp(-1), -share[last - 1 : last + 1], np.arange(last - 1, last + 1) * lag))
 
 
-@pytest.mark.sample(3)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize(("distance", "scans"), [(175, 200), (1000, 40), (5000, 16)])
 @pytest.mark.parametrize(("state", "shape", "bandwidth_hz"), [(3, 5.0, 50e6), (5, 1.0, 40e6), (6, 0.5, 20e6)])
 def test_texture_falls_to_one_over_e_on_the_ellipse(

@@ -12,6 +12,7 @@ import radar_service as rs
 from radar_service.echo.echoes import Echoes
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.study.chart import chart
+from radar_service.study.chart.canonical_targets import canonical_targets
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread, power_points, target_windows
@@ -147,3 +148,16 @@ def test_settings_end_at_the_largest_number_of_rays() -> None:
     assert {setting for family, setting in settings if "rays" in family} == {"500", "2000"}
     presets = {settings["scatterers", f"{density} per cell"] for density in (1, 4, 16)}
     assert presets == {"fast", "balanced", "reference"} and settings["documented rays", "2000"] == "documented"
+
+
+# canonical_targets: targets of known cross-section, against textbook values.
+
+
+def test_cross_sections_of_the_canonical_targets() -> None:
+    """Textbook values in wavelengths, r = 4, a = 20: pi r^2; 2 pi r a^2; 4 pi a^4; 8 pi a^4; 4 pi a^4 / 3, of lambda^2."""
+    targets = canonical_targets(0.03)
+    facing = {target.name: float(target.cross_section(np.zeros(1))[0]) for target in targets}
+    textbook = {"sphere": np.pi * 16, "cylinder": np.pi * 3200, "plate": 4 * np.pi * 160_000, "dihedral": 8 * np.pi * 160_000,
+                "trihedral": 4 * np.pi * 160_000 / 3}  # fmt: skip
+    assert facing == {name: pytest.approx(value * 0.0009, rel=1e-9) for name, value in textbook.items()}
+    assert facing == {target.name: target.facing for target in targets}
