@@ -245,7 +245,7 @@ class BeamPassages:
             nodes = crossing + part_nodes(stretch, gain, rate, self._extent >= np.pi)
             if casters and len(nodes) > 1:
                 unshaded = crossing + part_nodes(stretch, gain, motion, self._extent >= np.pi)
-                nodes = telling_nodes(nodes, unshaded, slack, evaluate)
+                nodes = telling_nodes(nodes, unshaded, slack, evaluate, self._shadows[n].skipped)
             parts.append(Part(first, last, nodes))
         return tuple(parts)
 

@@ -10,6 +10,7 @@ Whole turns from one to the next look like none, so the two halves of a gap have
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -23,7 +24,8 @@ from radar_service.scattering.predictions import NEAREST
 from radar_service.world.body import Body
 from radar_service.world.scene import Scene
 
-STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes
+STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes,
+COHERENT = 1.5  # and wavelengths: lit up to an edge that moves on by 3.4, a cell was off by 0.7 of the largest
 SKIPPED = 16  # a power of two: the edge of a shadow moves by up to 0.016 of the body between nodes that are always evaluated
 CHANGE = 0.02  # of the field, by which the one in the middle may be off its neighbours: what is between errs by less
 GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
@@ -62,7 +64,7 @@ class ShadowRates:
         return moving
 
     def rate(self, casters: list[Caster], time: Floats) -> Floats:
-        """Speed (K,) of the fastest shadow at times (K,) [s], in multiples of STEADY a second, at least two."""
+        """Speed (K,) of the fastest shadow at times (K,) [s], in multiples of STEADY or COHERENT a second."""
         antenna = self.scene.antenna(time)
         own, spin = self._velocity(self.body, time, antenna)
         position = self.body.middles_at(time) - antenna
@@ -75,7 +77,17 @@ class ShadowRates:
             radial = np.einsum("kx,kx->k", edge, position) / distance
             across = np.sqrt(np.maximum((edge**2).sum(axis=1) - radial**2, 0.0))
             np.maximum(fastest, across + spin + ratio * other_spin, out=fastest)
-        return fastest / (STEADY * self.body.diagonal)
+        return fastest / self._step
+
+    @cached_property
+    def _step(self) -> float:
+        """By which the edge of a shadow may move between nodes [m]."""
+        return min(STEADY * self.body.diagonal, COHERENT * self.scene.radar.wavelength)
+
+    @property
+    def skipped(self) -> int:
+        """How many of these steps lie between nodes that are always evaluated."""
+        return int(SKIPPED * STEADY * self.body.diagonal / self._step)
 
     def _velocity(self, body: Body, time: Floats, antenna: Floats) -> tuple[Floats, Floats]:
         """Velocities (K, 3) of a body's middle against the antenna, and speeds (K,) of its parts about it [m/s]."""
@@ -84,16 +96,18 @@ class ShadowRates:
         return velocity, turn * body.radius + (body.top_speed - body.motion.top_speed)
 
 
-def telling_nodes(nodes: Indices, unshaded: Indices, slack: Callable[[Indices], Floats], evaluate: Evaluate) -> Indices:
+def telling_nodes(
+    nodes: Indices, unshaded: Indices, slack: Callable[[Indices], Floats], evaluate: Evaluate, skipped: int = SKIPPED
+) -> Indices:
     """The nodes (M,) that are needed [spokes, rising], the first and the last one always.
 
     unshaded: nodes (U,) that the motion needs without a shadow. slack: how many times CHANGE the field at spokes (K,) may be off.
-    evaluate: the fields at nodes, as they are at one spoke.
+    evaluate: the fields at nodes, as they are at one spoke. skipped: nodes from one that is always evaluated to the next.
     """
     moving = np.abs(nodes - unshaded[:, None]).argmin(axis=1).tolist() if len(unshaded) > 1 else ()
     ends = np.unique([0, *moving, len(nodes) - 1])
     firm = np.unique(
-        [round(k) for low, high in pairwise(ends) for k in np.linspace(low, high, -(-(high - low) // SKIPPED) + 1)]
+        [round(k) for low, high in pairwise(ends) for k in np.linspace(low, high, -(-(high - low) // skipped) + 1)]
     ).tolist()
     size = max(float(np.linalg.norm(evaluate([int(nodes[row])], int(nodes[row]))[0].field)) for row in firm)
     allowed = CHANGE * size * slack(nodes)
