@@ -56,7 +56,7 @@ class Stretch(NamedTuple):
 
     @property
     def nearest(self) -> float:
-        """The offset that is nearest to the crossing."""
+        """The spoke of the stretch nearest to the crossing, counted from it."""
         return min(max(0.0, self.first), self.last)
 
 

@@ -50,7 +50,7 @@ Key = TypeVar("Key", bound=Hashable)
 class BodyLoader:
     """Builds the bodies of one scene. Bodies share the mesh of the same file or shape.
 
-    models: of the bodies, in their order; those that a file has besides its first one follow all others once it is read.
+    models: of the bodies, in their order. A file with several bodies puts its further ones at the end, once read.
     findings: about the files read so far; hints: about sizes and axes of bodies, in the order of the bodies.
     """
 

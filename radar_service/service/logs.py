@@ -107,7 +107,7 @@ class LineQueue(QueueHandler):
             self.dropped["repeated"] += 1
 
     def prepare(self, record: logging.LogRecord) -> logging.LogRecord:
-        """Returns a record that has the line as its message."""
+        """Returns a log record whose message is the formatted line, cut to MAX_LINE."""
         return logging.makeLogRecord({"msg": self.format(record)[:MAX_LINE]})
 
     def enqueue(self, record: logging.LogRecord) -> None:

@@ -23,7 +23,7 @@ class Bias:
 
     @property
     def is_sure(self) -> bool:
-        """Whether it is no accident."""
+        """Whether it exceeds SURE times its standard error."""
         return abs(self.value) > SURE * self.error
 
 

@@ -85,7 +85,7 @@ class TextureGains:
         return weights @ self._near[:, :columns], weights @ self._far[:, :columns]
 
     def zone(self, start: int, stop: int) -> tuple[int, int]:
-        """First column with independent rows and column after the last with rows from the map, of rows start to stop."""
+        """Where rows start to stop of the map give way to independent ones, farther off: from which column to before which."""
         across = self._across[start:stop]
         margin = 2.0 * self.columns / DISTANCES + 1.0  # the table's step along range, and as much for that in direction
         first = max(0, int(NEAR * across.min() - margin))
