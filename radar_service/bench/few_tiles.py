@@ -29,7 +29,7 @@ TOGETHER = 50  # scans that are computed at once, as far as numpy gains by it
 
 
 def has_few(simulator: Simulator, threshold: Threshold) -> bool:
-    """Returns whether plots may come from few tiles: those without a body in the beam have noise alone, and the threshold is known."""
+    """Returns whether plots may come from few tiles: without a body in the beam these have noise alone, and a known threshold."""
     scene, radar, pulses = simulator.scene, simulator.scene.radar, simulator.pulses
     if len(pulses) != 1 or not isinstance(threshold, KnownThreshold) or pulses[0].stages:
         return False
