@@ -13,6 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ import pytest
 import scipy.fft
 
 import radar_service as rs
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.random import normals
 from radar_service.receive import compression, noise
 from radar_service.receive.gridding import spread_moving
@@ -53,8 +55,8 @@ def watched(work: Work) -> Iterator[None]:
     with pytest.MonkeyPatch.context() as patch:
         for name in ("fft", "ifft"):
             patch.setattr(scipy.fft, name, _noting_fft(getattr(scipy.fft, name), name, work))
-        for module in (noise, texture_rows):
-            patch.setattr(module, "normals", _noting_normals(work))
+        patch.setattr(texture_rows, "normals", _noting_normals(work))
+        patch.setattr(noise, "KERNELS", SimpleNamespace(weighted_normals=_noting_noise(KERNELS.weighted_normals, work)))
         for module in (clutter, sea_clutter):
             patch.setattr(module, "weight_rows", _noting_products(work))
         patch.setattr(texture.TextureTable, "roots", _noting_textures(texture.TextureTable.roots, work))
@@ -76,6 +78,14 @@ def _noting_normals(work: Work) -> Callable[..., Any]:
     def noting(rng: np.random.Generator, rows: int, columns: int) -> Any:
         work.draws.append((rows, columns))
         return normals(rng, rows, columns)
+
+    return noting
+
+
+def _noting_noise(original: Callable[..., Any], work: Work) -> Callable[..., Any]:
+    def noting(rows: int, above: int, gap: int, below: int, *more: Any) -> Any:
+        work.draws.append((rows, above + below))
+        return original(rows, above, gap, below, *more)
 
     return noting
 
