@@ -84,7 +84,7 @@ class Plotter:
     def listen(self, lines: Iterable[str]) -> None:
         """Takes the sentences of the program, by one of its ways."""
         for line in lines:
-            with self._changed, suppress(ValueError, KeyError):  # of a TTM that is not understood
+            with self._changed, suppress(ValueError, KeyError):  # of a sentence that is not understood
                 if self._own["time"] >= 0.0 and (report := track_of(line, self._own, self._origin)):
                     self._take(*report)
 

@@ -1,7 +1,7 @@
 """Which nodes of a passage a shadow needs that moves over a body: those between which what the body scatters changes.
 
-How fast a shadow may move bounds how close nodes must be (`ShadowRates`), mostly at every spoke. But most of the time
-its edge crosses little of what is lit. So every sixteenth of these nodes is evaluated first. Where one about the middle between
+How fast a shadow may move bounds how close nodes must be (`ShadowRates`). But most of the time its edge crosses little of what
+is lit. So only nodes are evaluated first between which it moves by SKIPPED times STEADY. Where one about the middle between
 two is off what those so far have there, by the same cubics as spokes, the halves are divided likewise, down to neighbours.
 
 What is lit up to an edge that moves along a side has a Doppler shift of its own: its phase may turn several times between nodes.
@@ -26,7 +26,7 @@ from radar_service.world.scene import Scene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes,
 COHERENT = 1.5  # and wavelengths: lit up to an edge that moves on by 3.4, a cell was off by 0.7 of the largest
-SKIPPED = 16  # a power of two: the edge of a shadow moves by up to 0.016 of the body between nodes that are always evaluated
+SKIPPED = 16  # times STEADY by which the edge of a shadow may move between nodes that are always evaluated
 CHANGE = 0.02  # of the field, by which the one in the middle may be off its neighbours: what is between errs by less
 GRID = 1e-3  # m: echoes nearer to each other than this are the same scattering centre
 BITS = 20  # of a coordinate in steps of GRID
@@ -64,7 +64,7 @@ class ShadowRates:
         return moving
 
     def rate(self, casters: list[Caster], time: Floats) -> Floats:
-        """Speed (K,) of the fastest shadow at times (K,) [s], in multiples of STEADY or COHERENT a second."""
+        """Speed (K,) of the fastest shadow at times (K,) [s], in steps of STEADY or COHERENT, the smaller one, a second."""
         antenna = self.scene.antenna(time)
         own, spin = self._velocity(self.body, time, antenna)
         position = self.body.middles_at(time) - antenna
@@ -86,7 +86,7 @@ class ShadowRates:
 
     @property
     def skipped(self) -> int:
-        """How many of these steps lie between nodes that are always evaluated."""
+        """How many steps of `rate` lie between nodes that are always evaluated."""
         return int(SKIPPED * STEADY * self.body.diagonal / self._step)
 
     def _velocity(self, body: Body, time: Floats, antenna: Floats) -> tuple[Floats, Floats]:
