@@ -77,6 +77,8 @@ class Occluder:
 
     def _begun_nearby(self, origin: Floats, line: Floats) -> tuple[Floats, Floats]:
         """`begun_nearby` of lines of sight from an origin (3,), or from one each."""
+        if origin.ndim == 1 and np.linalg.norm(self._scene.centre - origin) <= self._scene.radius:  # the same bytes
+            return origin, np.zeros(len(line))
         return begun_nearby(origin, line, self._scene.centre - origin, self._scene.radius)
 
     def _close_to_body(self, origin: Floats, line: Floats) -> Flags:
