@@ -19,10 +19,10 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.range_history import slant_range
-from radar_service.echo.sea_paths import turned_back
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices, Profiles
+from radar_service.propagation.multipath import turned_back
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression, range_kernel
 from radar_service.receive.gridding import Kernel, KernelTable, spread
