@@ -110,7 +110,7 @@ class LandPassages:
         antenna, shift, level = part.at(crossing)
         offset = self._middles(which) - antenna
         near = self._near(offset, antenna[:, 2], way)
-        far = np.flatnonzero(~near)
+        far = np.flatnonzero(~near) if near.any() else slice(None)
         levels = None if level is None else level[far]
         distance, received = self._received(which[far], offset[far], antenna[far], levels)
         if self._scene.environment.attenuators:

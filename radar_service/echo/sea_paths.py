@@ -56,8 +56,9 @@ class Paths(NamedTuple):
                 factor[single] = ratio[single] ** path
         extended = np.flatnonzero((self.path < 0) & (self.height_span > 0.0))
         if len(extended):
-            span = _as_column(phase_span[extended], ratio.ndim)
-            factor[extended] = mean_square_factor(ratio[extended], phase[extended], span)
+            which = slice(None) if len(extended) == len(factor) else extended  # no copies
+            span = _as_column(phase_span[which], ratio.ndim)
+            factor[which] = mean_square_factor(ratio[which], phase[which], span)
         return factor
 
 
