@@ -96,6 +96,6 @@ KERNEL int64_t lattice_sums(int64_t count, int64_t begin, int64_t points, const 
 /* exp(j phase) of phases (M) [rad], M = count. */
 /* Arrays: phase, result (count) */
 KERNEL int64_t phasors(int64_t count, const double *phase, Complex *result) {
-    for (int64_t i = 0; i < count; i++) result[i] = phasor(phase[i]);
+    phasors_of(count, phase, result);
     return count;
 }
