@@ -546,6 +546,7 @@ static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *pa
         if (!any) return 0;
         if (!all) cuts[count++] = k;
     }
+    if (passes_by(beam, corner, corners)) return 0;
     *part = piece_of(scene, piece);
     while (count--) /* the plane beyond first */
         if (!keep_before(part, beam->at[cuts[count]])) return 0;

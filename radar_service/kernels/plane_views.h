@@ -57,20 +57,20 @@ static int shade(Regions *list, const Plane *planes, int count, int first) {
         if (!met) continue;
         halve_if_large(list, k, count);
         if (list->failed) return 1;
-        Polygon rest, inside, outside[MOST + 1];
+        Polygon halves[2], outside[MOST + 1], *rest = list->at + k, *inside = halves;
         int lit = 0, gone = 0;
-        copy_polygon(&rest, list->at + k);
         for (int s = 0; s < count && !gone; s++) {
             double height[MOST];
-            heights_over(sides[s], &rest, height);
-            int part = cut_polygon(&rest, height, &inside, outside + lit);
+            heights_over(sides[s], rest, height);
+            int part = cut_polygon(rest, height, inside, outside + lit);
             if (part == PART) {
                 if (outside[lit].n > 2 && area_of(outside + lit) > SPECK) lit++;
-                copy_polygon(&rest, &inside);
+                rest = inside;
+                inside = halves + (rest == halves);
             }
-            gone = part == NOTHING || rest.n < 3;
+            gone = part == NOTHING || rest->n < 3;
         }
-        if (gone || area_of(&rest) < SPECK) continue;
+        if (gone || area_of(rest) < SPECK) continue;
         changed = 1;
         if (!lit) {
             copy_polygon(list->at + k, list->at + list->n - 1);
@@ -251,13 +251,29 @@ static void free_tree(Tree *t) {
 typedef struct {
     int n;
     Plane at[MOST + 2];
+    Vec eye;
+    const Polygon *window;
 } Beam;
 
 static Beam beam_through(const Polygon *window, Vec eye, Plane beyond) {
     Beam beam;
+    beam.eye = eye;
+    beam.window = window;
     beam.at[0] = beyond;
     beam.n = add_planes_of_edges(window->at, window->n, eye, middle_of(window), beam.at, 1);
     return beam;
+}
+
+/* Whether a plane through the eye and an edge of a convex polygon that faces it has a beam's window beyond, clearly. */
+static int passes_by(const Beam *beam, const Vec *corner, int corners) {
+    for (int i = 0; i < corners; i++) {
+        Vec next = corner[i + 1 == corners ? 0 : i + 1], out = vcross(vsub(corner[i], beam->eye), vsub(next, corner[i]));
+        double slack = 10.0 * THIN * (fabs(out.x) + fabs(out.y) + fabs(out.z));
+        int apart = 1;
+        for (int k = 0; k < beam->window->n && apart; k++) apart = vdot(out, vsub(beam->window->at[k], beam->eye)) > slack;
+        if (apart) return 1;
+    }
+    return 0;
 }
 
 /* A plane from the middle of a scene: its normal, the sizes of that, its offset; each FAN times. */
@@ -577,6 +593,7 @@ static void hide_between(Aspect *a, Regions *list, int from, int to, const Polyg
     for (int k = 0; k < found && list->n && !is_worn_out(a); k++) {
         int c = a->near_list[k];
         if (c == from || c == to || scene->patch[c] == scene->patch[to] || height_over(scene->plane[c], eye) <= THIN) continue;
+        if (passes_by(&beam, scene->corner + scene->first[c], scene->first[c + 1] - scene->first[c])) continue;
         Polygon occluder = piece_of(scene, c);
         if (!keep_before(&occluder, scene->plane[from]) || (path && !keep_before(&occluder, scene->plane[to]))) continue;
         if (path) {

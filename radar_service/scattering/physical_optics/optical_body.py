@@ -70,7 +70,11 @@ class OpticalBody:
         lattice = Lattice.over(echoes.place, cell, flattest(legs), water)
         weights, received = over_nodes(legs, lattice, echoes), legs[0].weight(lattice.nodes) ** 2
         lengths, result = [leg.length(lattice.nodes) for leg in legs], []
-        amplitude = echoes.amplitude * self.reflectivity ** (echoes.surfaces / 2.0) * np.choose(echoes.ways, weights)
+        amplitude = (
+            echoes.amplitude
+            * self.reflectivity ** (echoes.surfaces / 2.0)
+            * np.choose(echoes.ways, np.broadcast_arrays(echoes.ways, *weights)[1:])
+        )
         for (out, back), fields in zip(PATHS, lattice.sums(amplitude, echoes.ways, len(weights)), strict=False):
             sums = fields * wave.phasor(-lengths[out] - lengths[back])
             kept = strongest(np.abs(sums * received))
