@@ -79,20 +79,10 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
     )
     address = serve(text, pace="20")  # a scan in an eighth of a second, and a core that is free for the picture
     out, arrays = tmp_path / "ppi.png", tmp_path / "scan.npz"
-    common = [
-        f"ws://{address}",
-        "--mode",
-        "lossless",
-        "--overwrite",
-        "--npz",
-        str(arrays),
-        "--out",
-        str(out),
-        "--size",
-        str(SIZE),
-    ]
-    for up in ([], ["--head-up"]):
-        assert receive([*common, "--encoding", "f32", *up]) == 0
+    common = [f"ws://{address}", "--mode", "lossless", "--overwrite", "--npz", str(arrays), "--out", str(out)]
+    common += ["--size", str(SIZE), "--encoding", "f32"]
+    for up in ([], ["--head-up"]) if heading_deg else ([],):
+        assert receive([*common, *up]) == 0
         with np.load(arrays) as file:
             power, azimuth, distance, step = file["power"][0], file["azimuth"], file["range"], float(file["range_step"])
             np.testing.assert_allclose(file["heading"][0], np.deg2rad(heading_deg), atol=2 * np.pi / 65536)
@@ -134,14 +124,10 @@ def test_the_clients_that_are_waited_for_get_the_bytes_of_a_simulator_from_spoke
     with urlopen(f"http://{address}/api/health") as answer:
         assert answer.status == 200 and json.load(answer)["radars"][0]["state"] == "waiting"
     files = [tmp_path / f"{name}.npz" for name in "ab"]
-    clients = [
-        subprocess.Popen(
-            [sys.executable, "-m", "clients.ppi", f"ws://{address}", "--mode", "lossless", "--encoding", "c64", "--npz",
-             str(file), "--scans", "2"]
-        )
-        for file in files
-    ]  # fmt: skip
-    assert [client.wait(60) for client in clients] == [0, 0]
+    other, own = ([f"ws://{address}", "--mode", "lossless", "--encoding", "c64", "--npz", str(file), "--scans", "2"]
+                  for file in files)  # fmt: skip
+    with subprocess.Popen([sys.executable, "-m", "clients.ppi", *other]) as client:
+        assert receive(own) == client.wait(60) == 0
     sim = rs.Simulator(rs.load_scene(tmp_path / "scene.toml"), seed=6)
     expected = np.stack([sim.scan().field for _ in range(2)])
     for file in files:
@@ -188,11 +174,7 @@ def test_a_client_of_the_service_meets_the_errors_of_a_simulator(serve: Serve, t
 
 def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:
     """The same bytes for whoever joins when, and in process: auto gain and auto sea know nothing but a spoke's own cells."""
-    text = (
-        (Path(scenes.__file__).parent / "orientation.toml")
-        .read_text()
-        .replace("noise = true", "noise = true\nsea_state = 3")
-    )
+    text = MOVING.replace("noise = true", "noise = true\nsea_state = 3")
     address, arrays = serve(text), tmp_path / "scan.npz"
     simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
     to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)
