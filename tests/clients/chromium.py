@@ -21,9 +21,9 @@ FLAGS = [
     "--disable-background-networking", "--disable-component-update", "--disable-sync", "--hide-scrollbars",
     "--force-color-profile=srgb", "--remote-debugging-port=0",
 ]  # fmt: skip
-# A page draws 10 times a second, not 60: WebGL in software is most of what pages cost.
+# A page draws some 15 times a second, not 60: WebGL in software is most of what pages cost.
 SLOWER = (
-    "{ const soon = requestAnimationFrame; window.requestAnimationFrame = (draw) => setTimeout(() => soon(draw), 100); }\n"
+    "{ const soon = requestAnimationFrame; window.requestAnimationFrame = (draw) => setTimeout(() => soon(draw), 50); }\n"
 )
 
 

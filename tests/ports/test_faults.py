@@ -89,6 +89,7 @@ async def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
         assert "the wheel came off" in (await feed.until("bye"))["reason"]
         with pytest.raises(Closed):
             await feed.receive()
+        assert "the wheel came off" in (await (await server.feed()).receive())["reason"]
         answer = await server.http.get("/api/health")
         assert (answer.status_code, answer.json()["status"], answer.json()["radars"][0]["restarts"]) == (503, "failed", 3)
         assert (await server.http.get("/api/health/ready")).status_code == 503
