@@ -1,6 +1,5 @@
 """From a scene file over the real service to the Python client and its picture: things stand where the scene puts them."""
 
-import json
 import re
 import subprocess
 import sys
@@ -8,7 +7,6 @@ import tomllib
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -117,23 +115,6 @@ swerling = 1
 course_deg = 200
 speed_kn = 20
 """
-
-
-def test_the_clients_that_are_waited_for_get_the_bytes_of_a_simulator_from_spoke_0(serve: Serve, tmp_path: Path) -> None:
-    address = serve(MOVING, "--wait-for", "2", "--seed", "6")
-    with urlopen(f"http://{address}/api/health") as answer:
-        assert answer.status == 200 and json.load(answer)["radars"][0]["state"] == "waiting"
-    files = [tmp_path / f"{name}.npz" for name in "ab"]
-    other, own = ([f"ws://{address}", "--mode", "lossless", "--encoding", "c64", "--npz", str(file), "--scans", "2"]
-                  for file in files)  # fmt: skip
-    with subprocess.Popen([sys.executable, "-m", "clients.ppi", *other]) as client:
-        assert receive(own) == client.wait(60) == 0
-    sim = rs.Simulator(rs.load_scene(tmp_path / "scene.toml"), seed=6)
-    expected = np.stack([sim.scan().field for _ in range(2)])
-    for file in files:
-        with np.load(file) as arrays:
-            np.testing.assert_array_equal(arrays["spoke"], np.arange(180).reshape(2, 90))
-            assert arrays["field"].tobytes() == expected.tobytes()
 
 
 ERRORS = """

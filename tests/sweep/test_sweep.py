@@ -1,7 +1,6 @@
 """Whole sweeps: what they leave, what fails, and that no kill changes a byte."""
 
 import errno
-import os
 from collections.abc import Iterable
 from concurrent.futures import Future
 from pathlib import Path
@@ -44,35 +43,10 @@ def test_all_runs_are_there(undisturbed: dict[str, bytes], tmp_path: Path) -> No
 
 
 def test_a_cluster_gives_the_bytes_of_one(undisturbed: dict[str, bytes], tmp_path: Path) -> None:
-    """And so does one whose worker dies in the middle."""
     pytest.importorskip("distributed")
     with loopback_cluster(1) as scheduler, cluster(scheduler) as workers:
-        executor = workers.executor
-        _, address, tally = swept(
-            tmp_path, MORE, executor=executor, arithmetic=workers.arithmetic, progress=_killing(executor)
-        )
+        _, address, tally = swept(tmp_path, MORE, executor=workers.executor, arithmetic=workers.arithmetic)
     assert content(address) == undisturbed and (tally.done, tally.failed) == (6, {})
-
-
-def _killing(executor: Any) -> Any:
-    """A progress that kills the worker that takes the next job after the second one has ended."""
-
-    def progress(outcomes: Iterable[Outcome], count: int) -> Iterable[Outcome]:
-        for number, outcome in enumerate(outcomes):
-            if number == 1:
-                executor.submit(_die_once, os.getpid())
-            yield outcome
-
-    return progress
-
-
-def _die_once(owner: int) -> None:
-    marker = Path(f"/tmp/radar-sweep-killed-{owner}")
-    if marker.exists():
-        marker.unlink()
-        return
-    marker.touch()
-    os._exit(1)
 
 
 def go_on_until_whole(folder: Path, seed: int, count: int, whole: int, *options: str) -> int:
