@@ -70,7 +70,7 @@ def in_sight(scene: Scene, line_of_sight: OcclusionScene, position: Floats, time
 
 
 def crossing_search(scene: Scene, position: Callable[[Indices, Floats], Floats], count: int) -> CrossingSearch:
-    """Returns what finds the crossings of points by the beam: `within(scan)`, as the antenna observes them, which may sway.
+    """Returns what finds when the beam crosses points: its `within(scan)`, as the antenna observes them, which may sway.
 
     position: on the map (E, 3) [m], of points (E,) by index at times (E,) [s]; count: number of points.
     """
