@@ -51,6 +51,8 @@ def run(options: argparse.Namespace) -> int:
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()
         with opened(options) as ports:
+            for recording in recordings if any(port.tells_ships for port in ports) else ():
+                recording.make_scene_again()
             status = run(
                 options, access, lambda: [[recording] for recording in recordings], refuse, fork_server, ports, ReplayStation
             )

@@ -61,10 +61,10 @@ def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, 
         model = model_at_range(model, scene_request.radar, scene_request.range_m)
     except SceneError:
         return None, {}
-    document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
+    document: dict[str, Any] = model.model_dump(mode="json", by_alias=True, exclude_unset=True)
     if scene_request.rpm is not None:
         radar_table(document, scene_request.radar)["rpm"] = scene_request.rpm
-    return document, {name: _hash(folder, name) for name in sorted(set(_file_names(document)))}
+    return document, {name: file_hash(folder, name) for name in sorted(set(_file_names(document)))}
 
 
 def _file_names(part: Any) -> Iterator[str]:
@@ -78,7 +78,8 @@ def _file_names(part: Any) -> Iterator[str]:
             yield from _file_names(item)
 
 
-def _hash(folder: Path | None, name: str) -> str | None:
+def file_hash(folder: Path | None, name: str) -> str | None:
+    """Returns the SHA-256 of a file that a scene names, None where it cannot be read."""
     try:
         return hashlib.sha256(((folder or Path()) / name).read_bytes()).hexdigest()
     except OSError:

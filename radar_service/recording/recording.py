@@ -39,7 +39,7 @@ NO_POWERS = "the recording has none; record them with --powers"
 class Recording:
     """One epoch of one radar, a source of spokes. Attributes and methods are those of a Simulator.
 
-    record: what the recording says of the scene, see radar_recording.scene_record; epochs: how many the radar has.
+    path: of the file; record: what it says of the scene, see radar_recording.scene_record; epochs: how many the radar has.
     commands: that the spokes follow.
     """
 
@@ -48,7 +48,8 @@ class Recording:
 
         A file that was cut short is read up to there. Raises RecordingError and OSError.
         """
-        self._table = table = ChunkTable(Path(path))
+        self.path = Path(path)
+        self._table = table = ChunkTable(self.path)
         epochs = epochs_of(table, radar)
         if not 0 <= epoch < len(epochs):
             raise RecordingError(

@@ -1,12 +1,12 @@
 """The port of AIS: what the transponders of a scene report, each at its own times, by TCP and UDP."""
 
-import itertools
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from radar_service.ports.ais.messages import ais_sentences, position_of, static_of
 from radar_service.ports.ais.transponders import AisReport, Transponders
 from radar_service.ports.nmea.nmea_port import SenderPort
 from radar_service.ports.udp.udp_port import Sender
+from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
 
 
@@ -17,7 +17,12 @@ class AisPort(SenderPort):
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
         super().__init__(senders, radar)
-        self._transponders, self._numbers = Transponders(), itertools.count()
+        self._transponders = Transponders()
+
+    def check(self, stations: Mapping[str, Station]) -> None:
+        """Begins with the first spoke."""
+        super().check(stations)
+        self._transponders = Transponders(self.begins)
 
     def tick(self, radar: str, time: float) -> None:
         """Sends the reports that are due."""
@@ -33,5 +38,5 @@ class AisPort(SenderPort):
         kind, ship = "VDO" if report.is_own else "VDM", report.ship
         position = [] if report.position is None else [position_of(ship, report.position)]
         static = [bits for number, bits in enumerate(static_of(ship)) if number in report.static]
-        groups = [(next(self._numbers), messages) for messages in (position, static) if messages]  # parts share a channel
+        groups = enumerate((position, static), report.number)  # parts share a channel
         return [line for number, messages in groups for bits in messages for line in ais_sentences(bits, kind, number)]

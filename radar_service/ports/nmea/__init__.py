@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from radar_service.ports.port import Port
     from radar_service.ports.udp.udp_port import Sender
 
+replays = True
+
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
     """Adds the options of NMEA."""

@@ -1,15 +1,16 @@
 """The port of NMEA 0183: own ship's sensors as sentences, by TCP and UDP."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
 
 from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
 from radar_service.ports.nmea.targets import target_sentences
-from radar_service.ports.udp.udp_port import OneRadarPort, Sender
+from radar_service.ports.udp.udp_port import OneRadarPort, Sender, station_of
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
+from radar_service.terminal.arguments import UsageError
 
 TENTHS = 10  # instants a second: of the fastest sentence
 MAX_LATE = 10 * TENTHS  # instants that are made up for: after a longer leap of time the older ones are left out
@@ -17,10 +18,10 @@ ROUNDING = 1e-6  # instants: simulated times are sums
 
 
 class SentenceSchedule:
-    """The instants of a clock that is told the time now and then."""
+    """The instants of a clock that is told the time now and then. begins: none is due before [s]."""
 
-    def __init__(self) -> None:
-        self._last, self._time, self._stood = -1, -math.inf, 0
+    def __init__(self, begins: float = 0.0) -> None:
+        self._last, self._time, self._stood = math.ceil(begins * TENTHS - ROUNDING) - 1, -math.inf, 0
 
     def due(self, time: float) -> list[tuple[int, bool]]:
         """Returns the instants up to `time` [s] that are due, in tenths of a second, and whether those of whole seconds are.
@@ -44,12 +45,25 @@ class SentenceSchedule:
 
 
 class SenderPort(OneRadarPort):
-    """A port that sends sentences about the ship that carries one radar."""
+    """A port that sends sentences about the ship that carries one radar.
 
-    period = 1.0 / TENTHS
+    begins: time of the first ones [s]; needs: options by what they need of the radar, as `Station.lacks` has it.
+    """
+
+    period, tells_ships, begins = 1.0 / TENTHS, True, 0.0
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
         super().__init__(senders, "--nmea-of", radar)
+        self.needs = {"ships": f"--{self.name}-tcp, --{self.name}-udp"}
+
+    def check(self, stations: Mapping[str, Station]) -> None:
+        """Raises UsageError also where a replay lacks what they need."""
+        super().check(stations)
+        station = station_of("--nmea-of", stations, self._radar)
+        self.begins = station.transmitter.state.simulated
+        for what, option in self.needs.items():
+            if what in station.lacks:
+                raise UsageError(f"{option}: {station.lacks[what]}")
 
 
 class NmeaPort(SenderPort):
@@ -61,6 +75,12 @@ class NmeaPort(SenderPort):
         """tells_truth: whether bodies in sight are sent as targets, too."""
         super().__init__(senders, radar)
         self._tells_truth, self._schedule = tells_truth, SentenceSchedule()
+        self.needs |= {"truth": "--nmea-truth"} if tells_truth else {}
+
+    def check(self, stations: Mapping[str, Station]) -> None:
+        """Begins with the first spoke."""
+        super().check(stations)
+        self._schedule = SentenceSchedule(self.begins)
 
     def tick(self, radar: str, time: float) -> None:
         """Sends the sentences that are due."""

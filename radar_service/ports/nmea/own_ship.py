@@ -98,7 +98,7 @@ def own_reports(station: Station, times: Sequence[float], antenna: tuple[float, 
     """
     scene, source = station.epoch.info.scene, station.epoch.spoke_source
     assert isinstance(source, TellsShips)
-    laws = [station.errors.laws_at(time) for time in times]
+    laws = [station.sensors.laws_at(time) for time in times]
     needed = [times_needed(law, scene.radar, [time]) for law, time in zip(laws, times, strict=True)]
     earlier_times = np.unique(np.concatenate([*needed, np.zeros(0)]))
     (states,) = source.ship_states(times, [None])

@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
+from types import MappingProxyType
 from typing import Any
 
 from radar_service.records.cell_sources import SourceRequest
@@ -51,6 +52,8 @@ class Station:
     feed: encodes for them.
     last_scan: for pictures.
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
+    sensors: has the laws of own ship's sensors; of a replay those of the recorded run.
+    lacks: why a replay does not tell `ships` between spokes, or the `truth` of every instant.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
@@ -59,6 +62,8 @@ class Station:
     preparations: where its scenes are prepared; the radars of a server share them, and so
     stations: all of them.
     """
+
+    lacks: Mapping[str, str] = MappingProxyType({})
 
     def __init__(
         self, identity: str, spoke_source: SceneSpokeSource, make_spoke_source: MakeSpokeSource, *, name: str | None = None,
@@ -79,7 +84,7 @@ class Station:
         self.last_scan = LastScan(spoke_source)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
-        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.errors = self.sensors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
