@@ -37,17 +37,17 @@ PLAYS = "this radar replays a recording: its scene and rate of rotation stay; se
 class ReplaySpokeSource(Recording):
     """A recording whose end is told to its clients. has_ended: whether all of it was read.
 
-    sensors: with the laws of own ship's sensors, once the scene is outline again; None before.
+    sensors: with the laws of own ship's sensors, None before `make_scene_again`.
     no_ships: why there are no `ship_states`, "" where there are.
     """
 
     has_ended = False
     sensors: ErrorStage | None = None
     _past: Scene | None = None
-    no_ships = "the scene was not outline again"
+    no_ships = "no port needs the scene"
 
     def make_scene_again(self) -> None:
-        """Makes the scene from its document, with its commands, for `ship_states`; where that fails `no_ships` says why."""
+        """Builds the scene from its document, with its commands, for `ship_states`; where that fails `no_ships` says why."""
         try:
             steering = Steering(scene := self._scene_again())
             steering.replay(self.commands)
@@ -85,7 +85,7 @@ class ReplaySpokeSource(Recording):
         return 0
 
     def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
-        """Raises SpokeSourceFault where the scene could not be outline again."""
+        """Raises SpokeSourceFault where there are none."""
         if self._past is None:
             raise SpokeSourceFault(self.no_ships)
         return self._past.ship_states(times, names)

@@ -1,13 +1,11 @@
 """The port of AIS: what the transponders of a scene report, each at its own times, by TCP and UDP."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 from radar_service.ports.ais.messages import ais_sentences, position_of, static_of
 from radar_service.ports.ais.transponders import AisReport, Transponders
 from radar_service.ports.nmea.nmea_port import SenderPort
 from radar_service.ports.udp.udp_port import Sender
-from radar_service.service.radio.station import Station
-from radar_service.spoke_source import TellsShips
 
 
 class AisPort(SenderPort):
@@ -19,20 +17,11 @@ class AisPort(SenderPort):
         super().__init__(senders, radar)
         self._transponders = Transponders()
 
-    def check(self, stations: Mapping[str, Station]) -> None:
-        """Begins with the first spoke."""
-        super().check(stations)
-        self._transponders = Transponders(self.begins)
-
     def tick(self, radar: str, time: float) -> None:
         """Sends the reports that are due."""
-        if (
-            not self.is_of(radar)
-            or (station := self.station) is None
-            or not isinstance(station.epoch.spoke_source, TellsShips)
-        ):
-            return
-        self.send([line for report in self._transponders.due(station, time) for line in self._sentences(report)])
+        if self.is_of(radar) and (station := self.station) is not None:
+            reports = self._transponders.due(station, time, self.begins)
+            self.send([line for report in reports for line in self._sentences(report)])
 
     def _sentences(self, report: AisReport) -> list[bytes]:
         kind, ship = "VDO" if report.is_own else "VDM", report.ship

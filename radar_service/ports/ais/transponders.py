@@ -63,21 +63,19 @@ class Transponders:
     """The reports of all transponders of the scene that a radar runs.
 
     A state is that of a whole second of UTC; it is sent in a later slot of that second, or after the latency. Reports depend
-    on all seconds from 0 on, so those before `begins` [s], or that a leap leaves out, are counted and not sent.
+    on all seconds from 0 on, so those that are too late are counted and not sent.
     """
 
-    def __init__(self, begins: float = 0.0) -> None:
-        self._begins = begins
+    def __init__(self) -> None:
         self._last = -1  # tenth of a second up to which was sent
         self._begin(Ais(), 0)
 
-    def due(self, station: Station, time: float) -> list[AisReport]:
-        """Returns what is sent from the time of the last call up to `time` [s of simulation], in order."""
+    def due(self, station: Station, time: float, begins: float = 0.0) -> list[AisReport]:
+        """Returns what is sent from the time of the last call, or `begins`, up to `time` [s of simulation], in order."""
         known = station.epoch.info
         if known.scene.ais != self._ais or time * TENTHS < self._last:
             self._begin(known.scene.ais, known.seed)
-            self._begins = 0.0
-        due = self._schedule.due(time)
+        due = self._schedule.due(time, begins)
         seconds = [instant // TENTHS for instant, is_second in due if is_second]
         try:
             self._sample(station, seconds, due[0][0] if due else 0)
@@ -92,7 +90,7 @@ class Transponders:
 
     def _begin(self, ais: Ais, seed: int) -> None:
         """Begins with the transponders of a scene."""
-        self._ais, self._seed, self._schedule = ais, seed, SentenceSchedule(self._begins)
+        self._ais, self._seed, self._schedule = ais, seed, SentenceSchedule()
         self._last = -1
         self._reporting = {ship.mmsi: Reporting(ship, seed) for ship in ais.ships}
         self._waiting: list[tuple[int, int, AisReport]] = []  # tenth of a second, number, report

@@ -18,13 +18,13 @@ ROUNDING = 1e-6  # instants: simulated times are sums
 
 
 class SentenceSchedule:
-    """The instants of a clock that is told the time now and then. begins: none is due before [s]."""
+    """The instants of a clock that is told the time now and then."""
 
-    def __init__(self, begins: float = 0.0) -> None:
-        self._last, self._time, self._stood = math.ceil(begins * TENTHS - ROUNDING) - 1, -math.inf, 0
+    def __init__(self) -> None:
+        self._last, self._time, self._stood = -1, -math.inf, 0
 
-    def due(self, time: float) -> list[tuple[int, bool]]:
-        """Returns the instants up to `time` [s] that are due, in tenths of a second, and whether those of whole seconds are.
+    def due(self, time: float, begins: float = 0.0) -> list[tuple[int, bool]]:
+        """Returns the instants from `begins` to `time` [s] that are due, in tenths of a second, and whether those of seconds are.
 
         While the time stands, the last one comes again with each call, and with each tenth call that of its second.
         """
@@ -34,7 +34,7 @@ class SentenceSchedule:
             return [(now, self._stood % TENTHS == 0)]
         if time < self._time:  # another scene
             self._last = -1
-        first = max(self._last + 1, now - MAX_LATE + 1)
+        first = max(self._last + 1, now - MAX_LATE + 1, math.ceil(begins * TENTHS - ROUNDING))
         self._last, self._time, self._stood = now, time, 0
         return [(instant, instant % TENTHS == 0) for instant in range(first, now + 1)]
 
@@ -57,13 +57,11 @@ class SenderPort(OneRadarPort):
         self.needs = {"ships": f"--{self.name}-tcp, --{self.name}-udp"}
 
     def check(self, stations: Mapping[str, Station]) -> None:
-        """Raises UsageError also where a replay lacks what they need."""
-        super().check(stations)
+        """Raises UsageError also where a replay lacks what sentences need."""
         station = station_of("--nmea-of", stations, self._radar)
         self.begins = station.transmitter.state.simulated
-        for what, option in self.needs.items():
-            if what in station.lacks:
-                raise UsageError(f"{option}: {station.lacks[what]}")
+        for what in self.needs.keys() & station.lacks:
+            raise UsageError(f"{self.needs[what]}: {station.lacks[what]}")
 
 
 class NmeaPort(SenderPort):
@@ -77,16 +75,11 @@ class NmeaPort(SenderPort):
         self._tells_truth, self._schedule = tells_truth, SentenceSchedule()
         self.needs |= {"truth": "--nmea-truth"} if tells_truth else {}
 
-    def check(self, stations: Mapping[str, Station]) -> None:
-        """Begins with the first spoke."""
-        super().check(stations)
-        self._schedule = SentenceSchedule(self.begins)
-
     def tick(self, radar: str, time: float) -> None:
         """Sends the sentences that are due."""
         if not self.is_of(radar) or (station := self.station) is None:
             return
-        due = self._schedule.due(time)
+        due = self._schedule.due(time, self.begins)
         try:
             lines = self._sentences(station, due) if due else []
         except SpokeSourceFault:  # its process is being replaced: the next tick makes up for it
