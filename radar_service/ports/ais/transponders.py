@@ -56,7 +56,6 @@ class AisReport:
 
 
 STATIC_MESSAGES = 2  # of a class B station; class A has one
-MAX_SECONDS = 600  # whose states are asked for at once
 
 
 class Transponders:
@@ -67,7 +66,7 @@ class Transponders:
     """
 
     def __init__(self) -> None:
-        self._last = -1  # tenth of a second up to which was sent
+        self._last = -1
         self._begin(Ais(), 0)
 
     def due(self, station: Station, time: float, begins: float = 0.0) -> list[AisReport]:
@@ -91,24 +90,22 @@ class Transponders:
     def _begin(self, ais: Ais, seed: int) -> None:
         """Begins with the transponders of a scene."""
         self._ais, self._seed, self._schedule = ais, seed, SentenceSchedule()
-        self._last = -1
+        self._last = -1  # tenth of a second up to which was sent
         self._reporting = {ship.mmsi: Reporting(ship, seed) for ship in ais.ships}
         self._waiting: list[tuple[int, int, AisReport]] = []  # tenth of a second, number, report
         self._numbers, self._sent = itertools.count(), Counter[int]()  # the second one by mmsi
         self._sampled = -1
 
     def _sample(self, station: Station, seconds: Sequence[int], since: int) -> None:
-        """Takes the states of whole seconds; of a second that stands, own ship's alone. since: tenth of a second of the first
-        report."""
+        """Takes the states of whole seconds; of a second that stands, own ship's alone. since: first tenth of a second."""
         own = station.epoch.info.scene.steerable.own_ship
         around = [ship for ship in self._ais.ships if ship.body != own]
         fresh = range(self._sampled + 1, max(seconds, default=-1) + 1)
         if not isinstance(source := station.epoch.spoke_source, TellsShips):
             return
-        for first in range(0, len(fresh) if around else 0, MAX_SECONDS):
-            part = fresh[first : first + MAX_SECONDS]
-            states = source.ship_states([float(second) for second in part], [ship.body for ship in around])
-            for k, second in enumerate(part):
+        if around and fresh:
+            states = source.ship_states([float(second) for second in fresh], [ship.body for ship in around])
+            for k, second in enumerate(fresh):
                 for ship, state in zip(around, states, strict=True):
                     self._report(station, ship, state, k, second, since)
         for ship in self._ais.ships:

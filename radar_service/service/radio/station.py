@@ -10,7 +10,6 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from datetime import datetime
 from functools import partial
-from types import MappingProxyType
 from typing import Any
 
 from radar_service.records.cell_sources import SourceRequest
@@ -52,7 +51,7 @@ class Station:
     feed: encodes for them.
     last_scan: for pictures.
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
-    sensors: has the laws of own ship's sensors; of a replay those of the recorded run.
+    sensor_laws: of own ship, in force at a spoke; of a replay those of the recorded run.
     lacks: why a replay does not tell `ships` between spokes, or the `truth` of every instant.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
@@ -62,8 +61,6 @@ class Station:
     preparations: where its scenes are prepared; the radars of a server share them, and so
     stations: all of them.
     """
-
-    lacks: Mapping[str, str] = MappingProxyType({})
 
     def __init__(
         self, identity: str, spoke_source: SceneSpokeSource, make_spoke_source: MakeSpokeSource, *, name: str | None = None,
@@ -77,14 +74,15 @@ class Station:
         recorded: what `sinks` need of the sources of cells; start_utc: at simulated time 0, by default the present second;
         worker: of the spoke source, where that has computed its first spokes."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
-        self.failed = failed
+        self.failed, self.lacks = failed, dict[str, str]()
         self.stopping, self.end, self.ended = False, "", asyncio.Event()
         self.group = group or RadarGroup()
         self.hub = Hub(clock)
         self.last_scan = LastScan(spoke_source)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
-        self.errors = self.sensors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.sensor_laws = self.errors.laws_at
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(
