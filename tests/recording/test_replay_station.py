@@ -5,7 +5,7 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
@@ -13,7 +13,6 @@ from radar_service import wire
 from radar_service.commands.record import record_scans
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.nmea.nmea_port import NmeaPort
-from radar_service.ports.port import Service
 from radar_service.ports.recorder.service_recorder import RecordingSink
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
@@ -29,10 +28,9 @@ from radar_service.world.commands import CommandError
 from tests.ports.asgi import Closed
 from tests.ports.kept import Kept
 from tests.ports.playing import playing
-from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, spokes_of
+from tests.recording.scenes import AZIMUTHS, MOVING, SEED, spokes_of
 from tests.service.in_process import InProcess
 
-START = datetime(2026, 12, 31, 23, 59, tzinfo=UTC)
 FAST = Settings(pace=Pace("run", float("inf")))
 
 
@@ -177,11 +175,12 @@ SHIPS: dict[str, Any] = {
 
 async def sentences(station: Station, begin: int, end: int) -> list[list[bytes]]:
     """What the ports of NMEA and AIS send from one tenth of a second to another."""
+    service: Any = SimpleNamespace(stations=Stations([station]))
     kept = Kept(), Kept()
     for port in (NmeaPort([kept[0]]), AisPort([kept[1]])):
-        port.check(stations := Stations([station]))
+        port.check(service.stations)
         port.begins = begin / 10
-        await port.start(cast(Service, SimpleNamespace(stations=stations)))
+        await port.start(service)
         for tenth in range(begin, end):
             port.tick("0", tenth / 10)
     return [sender.pieces for sender in kept]
@@ -192,13 +191,12 @@ async def test_nmea_and_ais_of_a_replay_are_those_of_the_live_radar(tmp_path: Pa
     with RecordingFile(path := tmp_path / "live.mcap") as file:
         recording = RadarRecording(file, "0", False)
         sink = RecordingSink(lambda: recording, lambda work: work.do())
-        engine = InProcess(SceneRequest(SHIPS), "fast", SEED)
-        live = Station("0", engine, refuse, settings=FAST, wait_for=1, sinks=[sink], start_utc=START)
+        options: dict[str, Any] = {"settings": FAST, "start_utc": datetime(2026, 12, 31, 23, 59, tzinfo=UTC)}
+        live = Station("0", InProcess(SceneRequest(SHIPS), "fast", SEED), refuse, wait_for=1, sinks=[sink], **options)
         async with playing(live) as server:
             socket = await server.feed("?mode=lossless&bins=1")
-            for path_of, values in (
-                ("own-ship", {"course_deg": 250}), ("errors", {"gyro": {"bias_deg": 5}}), ("bodies/a", {"speed_kn": 9}),
-            ):  # fmt: skip
+            changes = {"own-ship": {"course_deg": 250}, "errors": {"gyro": {"bias_deg": 5}}, "bodies/a": {"speed_kn": 9}}
+            for path_of, values in changes.items():
                 await socket.spokes(6 * AZIMUTHS)
                 assert (await server.http.patch(f"/api/radars/0/{path_of}", json=values)).status_code == 200
             await socket.spokes(6 * AZIMUTHS)
@@ -206,19 +204,20 @@ async def test_nmea_and_ais_of_a_replay_are_those_of_the_live_radar(tmp_path: Pa
         end = int(live.transmitter.state.simulated * 10)
         sent = await sentences(live, 0, end)
     (source := ReplaySpokeSource(path)).make_scene_again(tmp_path)
-    again = ReplayStation("0", source, refuse, settings=FAST, start_utc=START)
+    again = ReplayStation("0", source, refuse, **options)
+    reports = [line.split(b",") for line in sent[1] if line.startswith(b"!AIVDM,1,")]
+    assert {fields[4] for fields in reports if fields[5].startswith(b"1")} == {b"A", b"B"}  # of a class A position
     assert min(map(len, sent)) > 40 and await sentences(again, 0, end) == sent
     for late, whole in zip(await sentences(again, 205, end), sent, strict=True):
         assert len(late) > 20 and whole[-len(late) :] == late
 
 
-async def test_what_a_recording_cannot_tell_is_refused(tmp_path: Path) -> None:
-    scene = {**SHIPS, "body": [{"name": "a", "mesh": "a.obj"}]}
-    source = ReplaySpokeSource(recorded(tmp_path / "three.mcap"))
-    source.record = {**source.record, "document": scene, "files": {"a.obj": "0"}}
-    source.make_scene_again(tmp_path)
+def test_what_a_recording_cannot_tell_is_refused(recording: Path) -> None:
+    source = ReplaySpokeSource(recording)
+    source.record = {**source.record, "files": {"a.obj": "0"}}
+    source.make_scene_again(recording.parent)
     stations = {"0": ReplayStation("0", source, refuse, settings=FAST)}
     with pytest.raises(UsageError, match="--ais-tcp, --ais-udp: files: a.obj is not as recorded; copy"):
         AisPort([]).check(stations)
     with pytest.raises(UsageError, match="--nmea-truth: a recording has the truth of beam crossings"):
-        NmeaPort([], tells_truth=True).check({"0": replayed(recorded(tmp_path / "other.mcap"))})
+        NmeaPort([], tells_truth=True).check({"0": replayed(recording)})

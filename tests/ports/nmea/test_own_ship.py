@@ -16,8 +16,7 @@ from radar_service.ports.nmea.own_ship import (
     spoke_before,
 )
 from radar_service.records.truth import ShipStates
-from radar_service.world.outline import SceneOutline, outline_of
-from radar_service.world.stream import NO_STREAM, Stream
+from radar_service.world.outline import outline_of
 from tests.service.fake import scene
 
 START = datetime(2028, 2, 28, 23, 59, 59, tzinfo=UTC)
@@ -27,12 +26,10 @@ STATES = ShipStates(
 )  # fmt: skip
 
 
-def outline(origin: tuple[float, float] | None, stream: Stream = NO_STREAM) -> SceneOutline:
-    return replace(outline_of(scene()), origin=origin, stream=stream)
-
-
 def test_a_leap_day_begins() -> None:
-    made = report(START, STATES, 1, outline((0.0, 0.0)), readings_of(STATES).part(slice(1, 2)), (0.0, 0.0))
+    made = report(
+        START, STATES, 1, replace(outline_of(scene()), origin=(0.0, 0.0)), readings_of(STATES).part(slice(1, 2)), (0.0, 0.0)
+    )
     assert (made.utc.month, made.utc.day, made.position) == (2, 29, (0.0, 0.0))
 
 
@@ -40,7 +37,14 @@ def test_components_are_from_the_bow() -> None:
     """5 m/s to the north-east by east, the bow at north; the log shows 10 m/s."""
     true = readings_of(STATES).part(slice(1, 2))
     assert true.course[0] == pytest.approx(math.atan2(3.0, 4.0), rel=1e-15)
-    made = report(START, STATES, 1, outline(None, (3.0, 0.0)), true._replace(speed=true.speed + 5.0), (0.0, 0.0))
+    made = report(
+        START,
+        STATES,
+        1,
+        replace(outline_of(scene()), origin=None, stream=(3.0, 0.0)),
+        true._replace(speed=true.speed + 5.0),
+        (0.0, 0.0),
+    )
     assert made.ground == pytest.approx((8.0, 6.0), rel=1e-12)
     assert made.water == pytest.approx((9.0, 0.0), abs=1e-12)
     assert made.position is None and len(slow_sentences(made)) == 5 and len(fast_sentences(made)) == 2
