@@ -54,7 +54,7 @@ class ReplaySpokeSource(Recording):
             steering = Steering(scene := self._scene_again(folder))
             steering.replay(self.commands)
         except (RecordingError, SceneError, CommandError) as error:
-            self.no_ships = str(error)
+            self.no_ships = f"the recorded scene cannot be built again: {error}"
             return
         steering.go_to(math.inf)
         self.ship_states, known, outline = steering.past.ship_states, self.info, outline_of(scene)

@@ -217,7 +217,10 @@ def test_what_a_recording_cannot_tell_is_refused(recording: Path) -> None:
     source.record = {**source.record, "files": {"a.obj": "0"}}
     source.make_scene_again(recording.parent)
     stations = {"0": ReplayStation("0", source, refuse, settings=FAST)}
-    with pytest.raises(UsageError, match="--ais-tcp, --ais-udp: files: a.obj is not as recorded; copy"):
+    with pytest.raises(
+        UsageError,
+        match="--ais-tcp, --ais-udp: the recorded scene cannot be built again: files: a.obj is not as recorded; copy",
+    ):
         AisPort([]).check(stations)
     with pytest.raises(UsageError, match="--nmea-truth: a recording has the truth of beam crossings"):
         NmeaPort([], tells_truth=True).check({"0": replayed(recording)})
