@@ -1,6 +1,5 @@
 """The documents are true: links resolve, files exist, tables are those of the code, examples run, the code cites what exists."""
 
-import ast
 import re
 import shlex
 import shutil
@@ -18,6 +17,7 @@ from radar_service.scene_file.load import load_scene
 from tests.prose import Names, code, code_files
 from tests.prose import prose as prose_of
 from tests.reference.docs_tables import TABLES, renewed
+from tests.test_house_rules import docstrings
 
 ROOT = Path(__file__).parents[1]
 HISTORY = ["CHANGELOG.md", *(f"docs/changes/{file.name}" for file in (ROOT / "docs" / "changes").glob("[0-9]*.md"))]
@@ -189,14 +189,12 @@ def counted() -> dict[str, float]:
     """Words of README and docs/ without changes, by hand and generated, and the mean of a docstring of the package."""
     whole = {name: text(name) for name in NAMES if name != "CONTRIBUTING.md"}
     by_hand = sum(words(GENERATED.sub("", source)) for name, source in whole.items() if name != "docs/believed.md")
-    trees = [ast.parse(file.read_text(encoding="utf-8")) for file in sorted((ROOT / "radar_service").rglob("*.py"))]
-    documented = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
-    nodes = [node for tree in trees for node in ast.walk(tree) if isinstance(node, documented)]
-    docstrings = [words(docstring) for node in nodes if (docstring := ast.get_docstring(node))]
+    sources = (file.read_text(encoding="utf-8") for file in (ROOT / "radar_service").rglob("*.py"))
+    of_each = [words(docstring) for source in sources for _, docstring in docstrings(source)]
     return {
         "hand-written": by_hand,
         "generated": sum(map(words, whole.values())) - by_hand,
-        "of a docstring": sum(docstrings) / len(docstrings),
+        "of a docstring": sum(of_each) / len(of_each),
     }
 
 

@@ -1,6 +1,5 @@
 """From a scene file over the real service to the Python client and its picture: things stand where the scene puts them."""
 
-import json
 import re
 import subprocess
 import sys
@@ -8,7 +7,6 @@ import tomllib
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
-from urllib.request import urlopen
 
 import numpy as np
 import pytest
@@ -79,20 +77,10 @@ def test_targets_stand_where_the_scene_puts_them(name: str, heading_deg: int, se
     )
     address = serve(text, pace="20")  # a scan in an eighth of a second, and a core that is free for the picture
     out, arrays = tmp_path / "ppi.png", tmp_path / "scan.npz"
-    common = [
-        f"ws://{address}",
-        "--mode",
-        "lossless",
-        "--overwrite",
-        "--npz",
-        str(arrays),
-        "--out",
-        str(out),
-        "--size",
-        str(SIZE),
-    ]
-    for up in ([], ["--head-up"]):
-        assert receive([*common, "--encoding", "f32", *up]) == 0
+    common = [f"ws://{address}", "--mode", "lossless", "--overwrite", "--npz", str(arrays), "--out", str(out)]
+    common += ["--size", str(SIZE), "--encoding", "f32"]
+    for up in ([], ["--head-up"]) if heading_deg else ([],):
+        assert receive([*common, *up]) == 0
         with np.load(arrays) as file:
             power, azimuth, distance, step = file["power"][0], file["azimuth"], file["range"], float(file["range_step"])
             np.testing.assert_allclose(file["heading"][0], np.deg2rad(heading_deg), atol=2 * np.pi / 65536)
@@ -127,27 +115,6 @@ swerling = 1
 course_deg = 200
 speed_kn = 20
 """
-
-
-def test_the_clients_that_are_waited_for_get_the_bytes_of_a_simulator_from_spoke_0(serve: Serve, tmp_path: Path) -> None:
-    address = serve(MOVING, "--wait-for", "2", "--seed", "6")
-    with urlopen(f"http://{address}/api/health") as answer:
-        assert answer.status == 200 and json.load(answer)["radars"][0]["state"] == "waiting"
-    files = [tmp_path / f"{name}.npz" for name in "ab"]
-    clients = [
-        subprocess.Popen(
-            [sys.executable, "-m", "clients.ppi", f"ws://{address}", "--mode", "lossless", "--encoding", "c64", "--npz",
-             str(file), "--scans", "2"]
-        )
-        for file in files
-    ]  # fmt: skip
-    assert [client.wait(60) for client in clients] == [0, 0]
-    sim = rs.Simulator(rs.load_scene(tmp_path / "scene.toml"), seed=6)
-    expected = np.stack([sim.scan().field for _ in range(2)])
-    for file in files:
-        with np.load(file) as arrays:
-            np.testing.assert_array_equal(arrays["spoke"], np.arange(180).reshape(2, 90))
-            assert arrays["field"].tobytes() == expected.tobytes()
 
 
 ERRORS = """
@@ -188,11 +155,7 @@ def test_a_client_of_the_service_meets_the_errors_of_a_simulator(serve: Serve, t
 
 def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:
     """The same bytes for whoever joins when, and in process: auto gain and auto sea know nothing but a spoke's own cells."""
-    text = (
-        (Path(scenes.__file__).parent / "orientation.toml")
-        .read_text()
-        .replace("noise = true", "noise = true\nsea_state = 3")
-    )
+    text = MOVING.replace("noise = true", "noise = true\nsea_state = 3")
     address, arrays = serve(text), tmp_path / "scan.npz"
     simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
     to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)

@@ -59,14 +59,20 @@ RETIRED = {
 }
 
 
+@cache
+def nodes_of(source: str) -> tuple[ast.AST, ...]:
+    """All nodes of a module."""
+    return tuple(ast.walk(parsed(source)))
+
+
 def name_of(file: Path) -> str:
     """The file's path below the project's folder."""
     return file.relative_to(ROOT).as_posix()
 
 
-def identifiers(tree: ast.AST) -> Iterator[str]:
+def identifiers(source: str) -> Iterator[str]:
     """All names that a module defines or uses, but for those inside strings."""
-    for node in ast.walk(tree):
+    for node in nodes_of(source):
         match node:
             case ast.Name(id=name) | ast.Attribute(attr=name) | ast.arg(arg=name) | ast.alias(name=name):
                 yield from name.split(".")
@@ -79,7 +85,7 @@ def retired_in(name: str, source: str) -> set[str]:
     retired = {word for folder, words in RETIRED.items() if name.startswith(folder) for word in words.split()}
     in_name = retired & {*Path(name).with_suffix("").parts}
     suspected = retired & {*re.findall(r"\w+", source)}
-    return in_name | (suspected & {*identifiers(parsed(source))} if suspected else set())
+    return in_name | (suspected & {*identifiers(source)} if suspected else set())
 
 
 def test_no_retired_identifier_returns() -> None:
@@ -99,7 +105,7 @@ def test_retired_identifiers_are_found() -> None:
 
 def docstrings(source: str) -> Iterator[tuple[int, str]]:
     """The docstrings of a module, its classes and functions, each with the line of what has it."""
-    for node in ast.walk(parsed(source)):
+    for node in nodes_of(source):
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) and (
             text := ast.get_docstring(node)
         ):
@@ -173,7 +179,7 @@ def test_functions_are_short() -> None:
     functions = [
         node
         for file in SOURCES
-        for node in ast.walk(parsed(file.read_text(encoding="utf-8")))
+        for node in nodes_of(file.read_text(encoding="utf-8"))
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
     ]
     assert median(map(body_lines, functions)) < MAX_MEDIAN
@@ -184,9 +190,8 @@ def private_reaches(source: str) -> Iterator[str]:
     with one underscore there are none."""
     if not re.search(r"\b_[^\W_]", source):
         return
-    tree = parsed(source)
-    own = {node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)}
-    for node in ast.walk(tree):
+    own = {node.name for node in nodes_of(source) if isinstance(node, ast.ClassDef)}
+    for node in nodes_of(source):
         match node:
             case ast.Attribute(value=value, attr=attr) if attr.startswith("_") and not attr.startswith("__"):
                 owner = ast.unparse(value)

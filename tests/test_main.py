@@ -1,7 +1,6 @@
 """The command line: what it writes, what it refuses, and one whole service over loopback, from start to SIGTERM."""
 
 import asyncio
-import contextlib
 import os
 import signal
 import socket
@@ -105,17 +104,13 @@ def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, caps
     assert refused.value.code == 2 and word in capsys.readouterr().err
 
 
-@pytest.mark.sample(2)
-@pytest.mark.parametrize("command", [["check"], ["plan", "--fidelity", "fast"], ["schema"]])
-def test_a_reader_that_has_gone_ends_a_command_without_a_word(command: list[str], one_target: Path) -> None:
+def test_a_reader_that_has_gone_ends_a_command_without_a_word(one_target: Path) -> None:
     """As in `radar-service check SCENE | head -0`: the pipe is closed before anything is written."""
     reader, writer = os.pipe()
     os.close(reader)
-    named = [str(one_target)] if command[0] in ("check", "plan") else []
+    command = [sys.executable, "-m", "radar_service", "check", str(one_target)]
     with os.fdopen(writer, "wb") as pipe:
-        ended = subprocess.run(
-            [sys.executable, "-m", "radar_service", *command, *named], stdout=pipe, stderr=subprocess.PIPE
-        )
+        ended = subprocess.run(command, stdout=pipe, stderr=subprocess.PIPE)
     assert (ended.returncode, ended.stderr) == (141, b"")
 
 
@@ -129,20 +124,8 @@ def test_the_version_is_that_of_the_package(capsys: pytest.CaptureFixture[str]) 
 @pytest.fixture
 def service(one_target: Path) -> Iterator[tuple[subprocess.Popen[str], str]]:
     """A service with two radars on a free port, and its address."""
-    command = [
-        sys.executable,
-        "-W",
-        "error",
-        "-m",
-        "radar_service",
-        "serve",
-        str(one_target),
-        str(one_target),
-        "--port",
-        "0",
-        "--pace",
-        "5",
-    ]
+    words = ["serve", str(one_target), str(one_target), "--port", "0", "--pace", "5"]
+    command = [sys.executable, "-W", "error", "-m", "radar_service", *words]
     with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         try:
             assert process.stdout is not None
@@ -193,34 +176,3 @@ def test_a_service_from_start_to_sigterm(service: tuple[subprocess.Popen[str], s
     assert bye["type"] == "bye" and "stopping" in bye["reason"] and code == 1001
     _, errors = process.communicate(timeout=60)
     assert (process.returncode, errors) == (0, "")
-
-
-def test_a_log_that_nobody_reads_stops_nothing(one_target: Path) -> None:
-    """Standard error is a pipe that is full from the start, so every write to it would wait for ever."""
-    reading, writing = os.pipe()
-    os.set_blocking(writing, False)
-    with contextlib.suppress(BlockingIOError):
-        while True:
-            os.write(writing, b"x" * 4096)
-    os.set_blocking(writing, True)  # as the service has it
-    command = [sys.executable, "-m", "radar_service", "serve", str(one_target), "--port", "0", "--log", "text"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=writing, text=True) as process:
-        try:
-            assert process.stdout is not None
-            address = process.stdout.readline().split("open http://")[1].strip().rstrip("/")
-
-            async def listen() -> None:
-                async with connect(f"ws://{address}/api/radars/0/feed") as feed:
-                    for _ in range(5):
-                        await feed.recv()
-
-            with httpx.Client(base_url=f"http://{address}", timeout=10) as http:
-                assert http.patch("/api/radars/0/controls", headers={"origin": "http://else"}).status_code == 403
-                asyncio.run(asyncio.wait_for(listen(), 60))
-                assert http.get("/api/health").status_code == 200
-            process.send_signal(signal.SIGTERM)
-            assert process.wait(60) == 0
-        finally:
-            process.kill()
-            os.close(reading)
-            os.close(writing)

@@ -25,11 +25,12 @@ def test_scans_and_crossings_are_those_of_a_simulator() -> None:
         assert [scan.number for scan in feed.scans(1)] == [2]
 
 
-def test_a_service_gives_the_same_from_spoke_0_on(tmp_path: Path) -> None:
-    """Over sockets: fields and truth to the bit, angles rounded as on the wire."""
+def test_a_service_gives_the_same_from_spoke_0_on() -> None:
+    """Over sockets: fields, labels, powers and truth to the bit, angles rounded as on the wire."""
     with RadarFeeds() as feeds:
-        own, feed = feeds(MOVING, seed=4), feeds(MOVING, seed=4, over="websocket")
+        own, feed = (feeds(MOVING, seed=4, over=over, labels=True, powers=(256,)) for over in ("process", "websocket"))
         assert isinstance(own, ProcessFeed) and isinstance(feed, WebsocketFeed)
+        assert own.label_names == feed.label_names and own.label_names[256] == "a"
         for one, other in zip(own.scans(3), feed.scans(3), strict=True):
             assert other.field.tobytes() == one.field.tobytes() and other.power.tobytes() == one.power.tobytes()
             np.testing.assert_array_equal(other.azimuth, one.azimuth)
@@ -37,6 +38,10 @@ def test_a_service_gives_the_same_from_spoke_0_on(tmp_path: Path) -> None:
             np.testing.assert_allclose(other.heading, one.heading, atol=np.pi / 65536)  # half a wire unit
             np.testing.assert_allclose(other.range, one.range, rtol=1e-15)  # rounding
             assert feed.crossings == own.crossings
+            assert one.labels is not None and other.labels is not None
+            assert other.labels.tobytes() == one.labels.tobytes() and (one.labels == 256).any()
+            assert one.powers is not None and other.powers is not None and other.powers.keys() == one.powers.keys()
+            assert other.powers[256].tobytes() == one.powers[256].tobytes()
         assert len(feed.crossings) >= 5 and feed.hello["radar"]["azimuths"] == AZIMUTHS
 
 
@@ -46,20 +51,6 @@ def test_a_crossing_that_an_earlier_version_recorded_has_a_level_boresight() -> 
     assert crossing_from_line(line) == made
     del line["boresight"]
     assert crossing_from_line(line) == replace(made, boresight=made.bearing)
-
-
-def test_labels_and_powers_are_the_same_over_both(tmp_path: Path) -> None:
-    with RadarFeeds() as feeds:
-        own, feed = (
-            feeds(MOVING, over=over, fidelity="fast", labels=True, powers=(256,)) for over in ("process", "websocket")
-        )
-        assert own.label_names == feed.label_names and own.label_names[256] == "a"
-        for one, other in zip(own.scans(2), feed.scans(2), strict=True):
-            assert (
-                one.labels is not None and other.labels is not None and one.powers is not None and other.powers is not None
-            )
-            assert other.labels.tobytes() == one.labels.tobytes() and (one.labels == 256).any()
-            assert other.powers.keys() == one.powers.keys() and other.powers[256].tobytes() == one.powers[256].tobytes()
 
 
 @pytest.mark.parametrize("over", ["process", "websocket"])

@@ -113,19 +113,3 @@ def test_the_first_spoke_of_the_open_sea_comes_soon_after_a_start() -> None:
     took = [seconds_to_first_spoke("open-sea") for _ in range(9)]
     print(f"\nfrom the command to the first spoke: {', '.join(f'{t:.2f}' for t in sorted(took))} s, load average {load:.1f}")
     assert sorted(took)[len(took) // 2] < 1.5  # s, as promised
-
-
-def test_a_failed_radar_ends_the_service_where_that_is_requested(tmp_path: Path) -> None:
-    """The engine dies in the process of its world, and every other one that replaces it."""
-    (tmp_path / "one.json").write_text(json.dumps(SCENE))
-    broken = """
-import sys
-import radar_service.__main__ as command
-import radar_service.commands.serve as serve
-from tests.service.fake import dying
-serve.simulator_options = lambda *_: dying
-sys.exit(command.main(sys.argv[1:]))
-"""
-    command = [sys.executable, "-c", broken, "serve", str(tmp_path / "one.json"), "--port", "0", "--exit-when-failed"]
-    out = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert out.returncode == 1 and "the wheel came off" in out.stderr

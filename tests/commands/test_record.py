@@ -30,18 +30,8 @@ def test_a_recording_without_truth_has_none(one_target: Path, tmp_path: Path) ->
 
 
 def test_labels_and_powers_are_recorded(one_target: Path, tmp_path: Path) -> None:
-    arguments = [
-        "record",
-        str(one_target),
-        "--fidelity",
-        "fast",
-        "--labels",
-        "--powers",
-        "256",
-        "-o",
-        str(tmp_path / "a.mcap"),
-    ]
-    assert main(arguments) == 0
+    options = ["--fidelity", "fast", "--labels", "--powers", "256", "-o", str(tmp_path / "a.mcap")]
+    assert main(["record", str(one_target), *options]) == 0
     made = rs.Simulator(rs.load_scene(one_target), "fast", labels=True, powers=(256,))
     (ours,), its = read(tmp_path / "a.mcap").scans(), made.scan()
     assert ours.labels is not None and its.labels is not None and ours.labels.tobytes() == its.labels.tobytes()
@@ -57,12 +47,14 @@ def test_labels_and_powers_are_recorded(one_target: Path, tmp_path: Path) -> Non
         (["--powers", "all", "--fidelity", "documented"], "--powers: the fidelity documented has none"),
     ],
 )
-def test_what_cannot_be_recorded_is_refused_and_no_file_made(
-    arguments: list[str], words: str, one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+@pytest.mark.parametrize(("command", "name"), [("record", "a.mcap"), ("scan", "a.npz")])
+def test_sources_that_are_not_there_are_refused_and_no_file_made(
+    command: str, name: str, arguments: list[str], words: str, one_target: Path, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
     with contextlib.suppress(SystemExit):  # of the parser
-        assert main(["record", str(one_target), *arguments, "-o", str(tmp_path / "a.mcap")]) == 2
-    assert words in capsys.readouterr().err and not (tmp_path / "a.mcap").exists()
+        assert main([command, str(one_target), *arguments, "-o", str(tmp_path / name)]) == 2
+    assert words in capsys.readouterr().err and not (tmp_path / name).exists()
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")

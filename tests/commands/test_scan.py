@@ -81,20 +81,6 @@ def test_powers_are_written_and_read_again(text: str, numbers: list[int], one_ta
         np.testing.assert_array_equal(power, second.powers[number])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(["--labels", "--fidelity", "documented"], "--labels: the fidelity documented has none"),
-     (["--powers", "all", "--fidelity", "documented"], "--powers: the fidelity documented has none"),
-     (["--powers", "0,77"], "--powers: 77 is no source of this scene; it has 0 noise")],
-)  # fmt: skip
-def test_sources_that_are_not_there_are_refused(
-    arguments: list[str], message: str, one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    out = tmp_path / "a.npz"
-    assert main(["scan", str(one_target), "-o", str(out), *arguments]) == 2
-    assert message in capsys.readouterr().err and not out.exists()
-
-
 def test_radiometric_truth_is_written_where_it_is_asked_for(one_target: Path, tmp_path: Path) -> None:
     lines = {}
     for asked in ([], ["--radiometric"]):

@@ -157,24 +157,20 @@ NOT_AT_A_START = {"PIL", "matplotlib", "pyproj", "scipy.interpolate", "scipy.ndi
                   "trimesh"}  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("modules", "too_much"),
-    [
-        (SCENES_NEED, {"fastapi", "uvicorn"} | NOT_AT_A_START),
-        (("radar_service.ports.running",), {"scipy", "embreex", "radar_service.simulator"} | NOT_AT_A_START),
-    ],
-)
-def test_a_start_waits_for_no_module_that_it_does_not_need(modules: tuple[str, ...], too_much: set[str]) -> None:
-    code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
-    imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert not too_much & set(imported)
+def imported(*modules: tuple[str, ...]) -> list[set[str]]:
+    """What a process has imported after some modules, and after others too."""
+    code = "import sys\n" + "\n".join(f"import {', '.join(some)}; print(*sys.modules)" for some in modules)
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    return [set(line.split()) for line in printed.splitlines()]
 
 
-def test_what_some_scenes_need_is_imported_when_there_is_nothing_to_do() -> None:
-    """Otherwise each process of such a scene would import it again."""
-    code = f"import sys, {', '.join(OTHERS_NEED)}; print(*sys.modules)"
-    imported = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
-    assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= set(imported)
+def test_a_start_waits_for_no_module_that_it_does_not_need() -> None:
+    """What only some scenes need comes when there is nothing to do: else each process of such a scene would import it again."""
+    scenes, others = imported(SCENES_NEED, OTHERS_NEED)
+    assert not ({"fastapi", "uvicorn"} | NOT_AT_A_START) & scenes
+    assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= others
+    (serving,) = imported(("radar_service.ports.running",))
+    assert not ({"scipy", "embreex", "radar_service.simulator"} | NOT_AT_A_START) & serving
 
 
 def failing(of: Scene) -> FakeEngine:

@@ -15,10 +15,11 @@ from tests.sweep.sweeps import SPEC, written
 
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Runs are made in this process: those of others are tested by the first test here and in tests/sweep."""
+    """Runs are made in this process: those of others are tested by the last test here and in tests/sweep."""
     monkeypatch.setattr("radar_service.commands.sweep.processes", lambda jobs, memory: nullcontext())
 
 
+@pytest.mark.usefixtures("in_process")
 def test_a_sweep_is_made_and_found_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     spec, out = written(tmp_path, SPEC), tmp_path / "new" / "out.zarr"
     arguments = ["sweep", str(spec), "-o", str(out), "--jobs", "1"]

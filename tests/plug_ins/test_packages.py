@@ -5,6 +5,8 @@ import socket
 import subprocess
 from pathlib import Path
 
+import pytest
+
 from tests.plug_ins.fixtures import Foreign
 
 SCENE = """
@@ -45,27 +47,53 @@ BROKEN = (
 )
 REFUSED = """
 import radar_service as rs
-def told(**keys):
+def refused(**keys):
     body = {"name": "one", "position_m": [0, 500, 0], **keys.pop("body", {})}
     try:
         rs.Simulator(rs.load_scene({**keys, "body": [body]}, folder="."))
     except Exception as error:
         print(error)
-told(body={"mesh": "one.broken"})
-told(body={"heightmap": "one.broken", "extent_m": [100, 100]})
-told(body={"mesh": "one.obj", "scattering": "broken"})
-told(body={"shape": "point", "rcs_dbsm": 0, "broken": 1})
-told(body={"shape": "point", "rcs_dbsm": 0}, broken=1)
+refused(body={"mesh": "one.broken"})
+refused(body={"heightmap": "one.broken", "extent_m": [100, 100]})
+refused(body={"mesh": "one.obj", "scattering": "broken"})
+refused(body={"shape": "point", "rcs_dbsm": 0, "broken": 1})
+refused(body={"shape": "point", "rcs_dbsm": 0}, broken=1)
+"""
+
+PARTS = {"read": READ, "track": TRACK, "refused": REFUSED} | {
+    name: f"from radar_service.__main__ import main\nmain({words})"
+    for name, words in {"help": ["--help"], "replay help": ["replay", "--help"]}.items()
+}
+TOLD = f"""
+import contextlib, io, json
+said = {{}}
+for name, part in {PARTS}.items():
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.suppress(SystemExit):
+        exec(part, {{}})
+    said[name] = out.getvalue()
+print(json.dumps(said))
 """
 
 
-def test_what_is_broken_ends_in_a_sentence_and_all_others_work(foreign: Foreign, tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def told(foreign: Foreign, tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """What each of PARTS prints, in one process that has the packages."""
+    folder = tmp_path_factory.mktemp("told")
+    (folder / "scene.toml").write_text(SCENE)
+    (folder / "fleet.tetra").write_text("tetra\none 0 0 0 1\ntwo 10 20 1 2\n")
+    (folder / "one.broken").write_text("one")
+    (folder / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
+    done = foreign.ended(folder, "-c", TOLD)
+    assert not done.returncode, done.stderr
+    return dict(json.loads(done.stdout))
+
+
+def test_what_is_broken_ends_in_a_sentence_and_all_others_work(
+    foreign: Foreign, told: dict[str, str], tmp_path: Path
+) -> None:
     """A command, readers, a scattering model, an effect; the other parts are those of the other tests."""
     command = foreign.ended(tmp_path, "-m", "radar_service", "broken")
     assert (command.returncode, command.stderr) == (2, BROKEN.format("commands") + "\n")
-    (tmp_path / "one.broken").write_text("one")
-    (tmp_path / "one.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 0 1\nf 1 2 3\n")
-    refused = foreign.ended(tmp_path, "-c", REFUSED)
     expected = [
         f"body[0].mesh: one.broken: {BROKEN.format('readers')}",
         f"body[0].heightmap: one.broken: {BROKEN.format('rasters')}",
@@ -73,33 +101,28 @@ def test_what_is_broken_ends_in_a_sentence_and_all_others_work(foreign: Foreign,
         f"body[0].broken: {BROKEN.format('effects')}",
         f"broken: {BROKEN.format('effects')}",
     ]
-    assert refused.stdout.splitlines() == expected, refused.stderr
+    assert told["refused"].splitlines() == expected
 
 
-def test_a_command(foreign: Foreign, tmp_path: Path) -> None:
+def test_a_command(foreign: Foreign, told: dict[str, str], tmp_path: Path) -> None:
     assert foreign.ended(tmp_path, "-m", "radar_service", "hello", "sea").stdout == "hello sea\n"
-    listed = foreign.ended(tmp_path, "-m", "radar_service", "--help")
-    assert "hello          says a word\n" in listed.stdout and not listed.stderr
+    assert "hello          says a word\n" in told["help"]
 
 
-def test_a_reader_of_several_bodies_in_process_and_in_the_sandbox(foreign: Foreign, tmp_path: Path) -> None:
-    (tmp_path / "scene.toml").write_text(SCENE)
-    (tmp_path / "fleet.tetra").write_text("tetra\none 0 0 0 1\ntwo 10 20 1 2\n")
+def test_a_reader_of_several_bodies_in_process_and_in_the_sandbox(told: dict[str, str]) -> None:
     once = "fleet [100.0, 500.0, 0.0] 4\nfleet two [120.0, 490.0, 1.0] 4\n"
-    read = foreign.ended(tmp_path, "-c", READ)
-    assert read.stdout == 2 * once, read.stderr
+    assert told["read"] == 2 * once
 
 
-def test_a_tracker(foreign: Foreign, tmp_path: Path) -> None:
-    tracked = foreign.ended(tmp_path, "-c", TRACK)
-    right, broken = tracked.stdout.splitlines()
+def test_a_tracker(told: dict[str, str]) -> None:
+    right, broken = told["track"].splitlines()
     assert right == "[(3.0, 4.0)] True" and broken.startswith(
         "broken of radar_service.trackers: the package broken-parts 1.0 is broken (TrackerError: tracker: "
         "'broken_parts:Tracker' made no tracker: "
     )
 
 
-def test_a_port_beside_a_broken_one(foreign: Foreign, tmp_path: Path) -> None:
+def test_a_port_beside_a_broken_one(foreign: Foreign, told: dict[str, str]) -> None:
     """The broken one is told in a sentence with its package; the service and the other port run."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ear:
         ear.bind(("127.0.0.1", 0))
@@ -115,5 +138,4 @@ def test_a_port_beside_a_broken_one(foreign: Foreign, tmp_path: Path) -> None:
     assert message["first"] == 0 and message["shape"][0] == message["count"]
     (line,) = errors.splitlines()
     assert line == BROKEN.format("ports")
-    options = foreign.ended(tmp_path, "-m", "radar_service", "replay", "--help").stdout
-    assert "--count PORT" in options and "--nmea-tcp" not in options
+    assert "--count PORT" in told["replay help"] and "--nmea-tcp" not in told["replay help"]

@@ -23,7 +23,6 @@ from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import running
 from tests.ports.dialect.test_dialect_port import Display
 from tests.ports.garmin_xhd.reading import read_spoke
@@ -49,8 +48,7 @@ def senders() -> Iterator[list[TcpSender]]:
         sender.close()
 
 
-@pytest.mark.parametrize("settings", [FLAT_OUT, Settings(pace=Pace("run", 40.0))])
-def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, senders: list[TcpSender]) -> None:
+def test_the_feed_keeps_its_promises_beside_all_ports(senders: list[TcpSender]) -> None:
     """A lossless client gets each spoke once and in order, readers get whole sentences, and no port has a fault."""
     scene = load_scene({"radar": RADAR, "origin": {"latitude_deg": 54.0, "longitude_deg": 8.0}, "body": SHIPS})
     video, shown, halo = UdpSender("--asterix", Address(HERE, free_port()), joined=0), Display(), Display(HALO)
@@ -66,7 +64,7 @@ def test_the_feed_keeps_its_promises_beside_all_ports(settings: Settings, sender
     host = PortHost((RestPort(), FeedPort(), *ports))
 
     async def whole() -> None:
-        station = Station("0", FakeEngine(scene), factory(), settings=settings, sinks=host.sinks("0"), wait_for=2)
+        station = Station("0", FakeEngine(scene), factory(), settings=FLAT_OUT, sinks=host.sinks("0"), wait_for=2)
         async with running(create_app([station], host)) as server:
             server.stations = [station]
             with contextlib.ExitStack() as on_end:

@@ -18,16 +18,12 @@ from clients.ppi.client import FeedClient
 from radar_service import wire
 from radar_service.ports.app import create_app
 from radar_service.records.spokes import SpokeBlock
-from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.fanout.hub import Hub
-from radar_service.service.feed_request import View
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import Closed, Socket
 from tests.ports.playing import playing
 from tests.ports.serving import served
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene
-from tests.service.fanout.batches import batch
 from tests.service.held import ResultCache, held
 
 FLAT_OUT = Settings(pace=Pace("run", math.inf))
@@ -89,6 +85,7 @@ async def test_an_engine_that_keeps_dying_fails_the_radar_and_says_so() -> None:
         assert "the wheel came off" in (await feed.until("bye"))["reason"]
         with pytest.raises(Closed):
             await feed.receive()
+        assert "the wheel came off" in (await (await server.feed()).receive())["reason"]
         answer = await server.http.get("/api/health")
         assert (answer.status_code, answer.json()["status"], answer.json()["radars"][0]["restarts"]) == (503, "failed", 3)
         assert (await server.http.get("/api/health/ready")).status_code == 503
@@ -159,45 +156,6 @@ async def test_scenes_swapped_under_load_each_begin_anew_for_everybody(swaps: in
         for epochs in seen:
             assert len(set(epochs)) == len(epochs) and epochs == seen[0]
             assert [e for e in named if e in epochs] == epochs[1:]  # in order; overtaken ones never began
-
-
-async def test_who_joins_after_spokes_that_never_came_misses_nothing_else() -> None:
-    hub, view = Hub(lambda: 0.0), View("u8")
-    hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
-    hub.join(ClientQueue(view))
-    await hub.publish(batch(0, 5))
-    hub.skip("e", 5, 4, "the wheel came off")
-    hub.skip("another epoch", 5, 4, "no client receives it")
-    assert hub.next == 9
-    for number, spans in ((9, []), (7, [("gap", 7, 2)]), (3, [("spokes", 3, 2), ("gap", 5, 4)])):
-        hub.join(client := ClientQueue(view), ("e", number))
-        messages = [wire.unpack(item.data) for item in client.waiting[1:]]
-        assert [(m["type"], m["first"], m["count"]) for m in messages] == spans
-
-
-async def test_a_thousand_forced_disconnects_lose_nothing_that_is_held() -> None:
-    """At random moments, after any number of messages read or unread, some in the middle of a batch."""
-    view, dice = View("u8"), random.Random(5)
-    hub = Hub(lambda: 0.0)
-    hub.open_epoch("e", lambda view, mode: wire.pack({"type": "hello", "epoch": "e"}))
-    had: list[int] = []
-    hub.join(client := ClientQueue(view))
-    for _ in range(1000):
-        for _ in range(dice.randrange(4)):
-            await hub.publish(batch(hub.next, dice.randint(1, 9)))
-        while client.waiting:
-            message = wire.unpack((await client.get() or pytest.fail()).data)
-            if message["type"] == "spokes":
-                had.extend(message["azimuth"][: dice.randint(0, 9) if not dice.randrange(9) else None])
-                if had[-1:] != message["azimuth"][-1:]:
-                    break  # cut off within a batch
-            if not dice.randrange(5):
-                break
-        hub.leave(client)
-        hub.join(client := ClientQueue(view), ("e", had[-1] + 1 if had else 0))
-    while client.waiting:
-        had.extend(wire.unpack((await client.get() or pytest.fail()).data).get("azimuth", []))
-    assert had == list(range(hub.next)) and hub.next > 5000
 
 
 class CutClient(FeedClient):

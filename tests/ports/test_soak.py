@@ -11,7 +11,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-import httpx
 import pytest
 
 from radar_service import wire
@@ -19,7 +18,7 @@ from radar_service.service.fanout.client_queue import CATCH_UP_BYTES, ClientQueu
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
 from radar_service.service.radio.pacing import BATCH_SPOKES, Schedule
-from tests.service.held import ResultCache, held, resident_memory
+from tests.service.held import ResultCache, held
 
 ROOT = Path(__file__).parents[2]
 DAY = 24 * 3600 * 1638  # spokes of 24 rpm and 4096 azimuths: 142 million
@@ -116,32 +115,6 @@ WIDE: dict[str, Any] = {  # 45,000 cells; as few spokes a second as a busy machi
     "body": [{"name": "p", "shape": "point", "position_m": [0, 3000, 10], "rcs_dbsm": 10}],
 }
 SWAPS, FIRST_SWAPS = 40, 5
-
-
-@pytest.mark.study
-def test_forty_swaps_of_wide_scenes_leave_the_memory_of_a_service_where_it_was() -> None:
-    """The radar is paused, so that each scene has as many spokes ahead when the memory is read."""
-    command = [sys.executable, "-m", "radar_service", "serve", "worked-example", "--port", "0"]
-    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True) as service:
-        assert service.stdout is not None
-        with httpx.Client(base_url=service.stdout.readline().split()[-1], timeout=300) as http:
-            http.patch("api/radars/0/controls", json={"pace": {"state": "pause"}}).raise_for_status()
-            resident = [resident_after_swap(http, service.pid, number) for number in range(SWAPS)]
-        service.terminate()
-    print("\nresident MiB:", [round(memory / 2**20) for memory in resident])
-    assert max(resident[FIRST_SWAPS:]) <= 1.1 * max(resident[:FIRST_SWAPS])
-
-
-def resident_after_swap(http: httpx.Client, process: int, number: int) -> int:
-    """Resident memory [bytes] of a service when it has read what it reads ahead of a scene: when that changes no more."""
-    http.put("api/radars/0/scene", json={"scene": WIDE | {"name": str(number)}}).raise_for_status()
-    while http.get("api/radars/0").json()["scene"]["name"] != str(number):
-        time.sleep(0.1)
-    before, memory = 0, resident_memory(process)
-    while memory != before:
-        time.sleep(1.0)
-        before, memory = memory, resident_memory(process)
-    return memory
 
 
 if __name__ == "__main__":

@@ -96,9 +96,15 @@ def default(key: str, schema: Schema, required: list[str]) -> str:
     return f'`"{value}"`' if isinstance(value, str) else f"`{plain(value)}`"
 
 
+@cache
+def scene_schema() -> Schema:
+    """The JSON schema of scene files."""
+    return scene_model().model_json_schema()
+
+
 def section(name: str, beyond: str = "", keys: Collection[str] = ()) -> str:
     """The keys of one table of the scene file, but for those that the table `beyond` has alike; only `keys` if there are any."""
-    whole = scene_model().model_json_schema()
+    whole = scene_schema()
     model: Schema = whole if name == "SceneModel" else whole["$defs"][name]
     required = model.get("required", [])
     known = whole["$defs"][beyond]["properties"] if beyond else {}

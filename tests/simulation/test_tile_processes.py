@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Iterable
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -28,7 +29,7 @@ pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork 
 
 ROOT = Path(__file__).parents[2]
 PATIENCE = 60.0  # s after which a test that waits for another process fails
-RADAR = {"azimuths": 128, "beamwidth_deg": 6, "range_max_m": 900, "pulse_s": 1e-6}
+RADAR = {"azimuths": 128, "beamwidth_deg": 6, "range_max_m": 450, "pulse_s": 1e-6}
 BODIES = [point("p", 100, 200, speed_kn=10), point("q", -100, 200, speed_kn=5, course_deg=90), point("r", -50, -300)]
 ENVIRONMENT = {"noise": True, "sea_state": 3}
 TWO = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 300}, {"pulse_s": 1e-6}]
@@ -52,6 +53,14 @@ def digest(blocks: Iterable[SpokeBlock]) -> str:
                 b"".join(number.to_bytes(4) + power[k].tobytes() for number, power in (block.powers or {}).items())
             )
     return result.hexdigest()
+
+
+@cache
+def alone(scans: int = 1, first: int = 0) -> str:
+    """The digest of scans of one process, from the first on."""
+    sim = simulator(1)
+    sim.skip_to(first)
+    return digest(sim.blocks(scans=scans))
 
 
 def has_ended(process: int) -> bool:
@@ -91,7 +100,7 @@ def test_requests_and_commands_of_a_run_reach_the_processes() -> None:
         parts.append(digest(sim.blocks(scans=1)))
         return " ".join(parts)
 
-    plain, commanded = digest(simulator(1).blocks(scans=2)), run(simulator(1))
+    plain, commanded = alone(2), run(simulator(1))
     assert run(simulator(2)) == commanded
     assert plain != commanded
 
@@ -110,7 +119,7 @@ def test_what_was_computed_ahead_is_dropped_where_the_next_scan_is_another(chang
             sim.skip_to(5 if change == "skip" else 1)
         return first + digest(sim.blocks(scans=2))
 
-    plain, expected = digest(simulator(1).blocks(scans=2)), run(simulator(1))
+    plain, expected = alone(2), run(simulator(1))
     assert run(simulator(2)) == expected and not expected.endswith(plain)
 
 
@@ -137,15 +146,13 @@ def test_a_reader_that_leaves_within_a_scan_finds_the_next_one_whole() -> None:
     blocks = sim.blocks()
     next(blocks)
     blocks.close()  # type: ignore[attr-defined]  # it is a generator
-    alone = simulator(1)
-    alone.skip_to(1)
-    assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1))
+    assert digest(sim.blocks(scans=1)) == alone(first=1)
 
 
 @pytest.mark.parametrize("how", ["closed", "copied"])
 def test_a_scan_goes_on_here_where_its_processes_have_gone(how: str) -> None:
     """Within a scan the processes are ended, or the parent is copied."""
-    sim, expected = simulator(2), digest(simulator(1).blocks(scans=2))
+    sim, expected = simulator(2), alone(2)
     blocks = sim.blocks(scans=2)
     first = [next(blocks)]
     if how == "closed":
@@ -175,7 +182,7 @@ def test_two_readers_by_turns_have_the_scans_that_they_began() -> None:
 
 def test_where_a_process_is_killed_the_scan_goes_on_here_and_the_next_one_has_others() -> None:
     """What they sent before comes first: a scan or two."""
-    sim, expected = simulator(2), digest(simulator(1).blocks(scans=6))
+    sim, expected = simulator(2), alone(6)
     blocks: list[SpokeBlock] = []
     for block in sim.blocks(scans=6):
         blocks.append(block)
@@ -210,9 +217,7 @@ def test_what_a_process_raises_is_raised_here_and_the_next_scan_is_right(monkeyp
         sim.scan()
     with pytest.raises(RuntimeError, match="OnlyHere: nor here"):
         sim.scan()
-    alone = simulator(1)
-    alone.skip_to(2)
-    assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1))
+    assert digest(sim.blocks(scans=1)) == alone(first=2)
 
 
 def test_an_error_comes_in_place_of_its_tile(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -250,7 +255,7 @@ def test_what_a_signal_raises_within_a_message_is_raised_and_the_next_scan_is_ri
         sim.scan()
     assert sim.processes == []
     sim.skip_to(0)
-    assert digest(sim.blocks(scans=2)) == digest(simulator(1).blocks(scans=2))
+    assert digest(sim.blocks(scans=2)) == alone(2)
 
 
 def test_a_process_that_is_interrupted_as_it_begins_runs_nothing_of_its_parent() -> None:
@@ -280,9 +285,8 @@ def test_while_another_thread_computes_nothing_is_forked() -> None:
     assert sim.processes == []
     go.set()
     thread.join(PATIENCE)
-    alone = simulator(1)
-    assert first == digest(alone.blocks(scans=1))
-    assert digest(sim.blocks(scans=1)) == digest(alone.blocks(scans=1)) and len(sim.processes) == 2
+    assert first == alone()
+    assert digest(sim.blocks(scans=1)) == alone(first=1) and len(sim.processes) == 2
 
 
 def test_where_no_process_can_be_forked_this_one_computes(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -291,7 +295,7 @@ def test_where_no_process_can_be_forked_this_one_computes(monkeypatch: pytest.Mo
 
     monkeypatch.setattr(tile_processes.os, "fork", none)
     sim = simulator(2)
-    assert digest(sim.blocks(scans=1)) == digest(simulator(1).blocks(scans=1)) and sim.processes == []
+    assert digest(sim.blocks(scans=1)) == alone(1) and sim.processes == []
 
 
 def test_a_process_without_a_handle_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -303,7 +307,7 @@ def test_a_process_without_a_handle_is_ended(monkeypatch: pytest.MonkeyPatch) ->
 
     monkeypatch.setattr(tile_processes.os, "pidfd_open", none)
     sim = simulator(2)
-    assert digest(sim.blocks(scans=1)) == digest(simulator(1).blocks(scans=1)) and sim.processes == []
+    assert digest(sim.blocks(scans=1)) == alone(1) and sim.processes == []
     with pytest.raises(ChildProcessError):
         os.waitpid(forked[0], os.WNOHANG)  # no zombie
 
@@ -363,8 +367,8 @@ def test_processes_hold_no_connection_of_their_parent() -> None:
 
 def test_a_copy_of_the_parent_has_processes_of_its_own() -> None:
     """As the spare of a scene's process, which runs on where that one dies."""
-    sim, alone = simulator(2), simulator(1)
-    sim.scan(), alone.scan()
+    sim = simulator(2)
+    sim.scan()
     before = sim.processes
     reading, writing = os.pipe()
     if not os.fork():
@@ -376,7 +380,7 @@ def test_a_copy_of_the_parent_has_processes_of_its_own() -> None:
             os._exit(0)
     os.close(writing)
     with os.fdopen(reading) as pipe:
-        expected = digest(alone.blocks(scans=1))
+        expected = alone(first=1)
         assert pipe.read() == f"{expected} False 2"
     os.wait()
     assert digest(sim.blocks(scans=1)) == expected and sim.processes == before

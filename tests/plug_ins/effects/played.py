@@ -5,7 +5,6 @@ python -m tests.plug_ins.effects.played
 
 import hashlib
 import json
-import sys
 from typing import Any
 
 import numpy as np
@@ -127,14 +126,8 @@ def refusals() -> list[str]:
 
 
 if __name__ == "__main__":
-    told = {"plain": plain()}
-    if "installed" in sys.argv:
-        told |= {
-            "both": with_birds_and_jammer(),
-            "one_db": one_bird_and_a_point(),
-            "radome": behind_a_radome(),
-            "refusals": refusals(),
-            "served": served(),
-        }
-        told["schema"] = json_schema()["$defs"]["FlockModel"]
+    told = {
+        "plain": plain(), "both": with_birds_and_jammer(), "one_db": one_bird_and_a_point(), "radome": behind_a_radome(),
+        "refusals": refusals(), "served": served(), "schema": json_schema()["$defs"]["FlockModel"],
+    }  # fmt: skip
     print(json.dumps(told))

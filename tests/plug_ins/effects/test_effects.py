@@ -2,34 +2,23 @@
 
 import ast
 import json
-import subprocess
-import sys
-from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from tests.plug_ins.effects.played import plain
 from tests.plug_ins.fixtures import PACKAGES, ROOT, Foreign
 
 KNOT = 1852.0 / 3600.0
 
 
-@cache
-def told(python: Path | str, *words: str) -> dict[str, Any]:
-    """What the scenes of `played` give in a process of its own. python: of an environment."""
-    command = [python, "-m", "tests.plug_ins.effects.played", *words]
-    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    result: dict[str, Any] = json.loads(done.stdout.splitlines()[-1])
-    return result
-
-
 @pytest.fixture(scope="module")
 def package(foreign: Foreign) -> dict[str, Any]:
-    """What they give where the package is installed, with the effects too."""
-    return told(foreign.python, "installed")
+    """What the scenes of `played` give in a process where the package is installed."""
+    done = foreign.ended(ROOT, "-m", "tests.plug_ins.effects.played")
+    assert done.returncode == 0, done.stderr
+    return dict(json.loads(done.stdout.splitlines()[-1]))
 
 
 def test_the_package_knows_nothing_of_the_product_but_its_facade() -> None:
@@ -79,4 +68,4 @@ def test_what_is_wrong_with_its_keys_is_said_as_of_all_others(package: dict[str,
 
 def test_other_scenes_do_not_know_that_it_is_installed(package: dict[str, Any]) -> None:
     """Field, labels, powers, truth, hash, names and plan."""
-    assert package["plain"] == told(sys.executable)["plain"]
+    assert package["plain"] == json.loads(json.dumps(plain()))

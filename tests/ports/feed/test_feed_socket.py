@@ -8,12 +8,10 @@ import numpy as np
 import pytest
 
 from radar_service import wire
-from radar_service.display.video import DB_PER_STEP
 from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import ConnectionErrors, FeedPort
 from radar_service.ports.port_host import PortHost
 from radar_service.records.cell_sources import SourceList
-from radar_service.service.codecs.native.messages import LOG_DB_PER_STEP
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.error_settings import ErrorSettings
@@ -84,52 +82,6 @@ async def test_batches_are_cut_by_time() -> None:
         assert [m["count"] for m in await feed.spokes(7)] == [2, 2, 2, 1]  # 3 and 4 end a block, 9 ends the steps
 
 
-async def test_a_scan_is_the_same_whatever_the_batches() -> None:
-    async with playing(station(identity="a"), station(Settings(pace=Pace("pause", math.inf)), identity="b")) as server:
-        paced, flat = (
-            await server.feed("?encoding=u8&bins=7", "a"),
-            await server.feed("?encoding=u8&bins=7&mode=lossless", "b"),
-        )
-        answer = await server.http.patch("/api/radars/a/controls", json={"pace": {"state": "step", "steps": AZIMUTHS}})
-        assert answer.status_code == 200
-        await server.http.patch("/api/radars/b/controls", json={"pace": {"state": "run"}})
-        one, other = await paced.spokes(AZIMUTHS), await flat.spokes(AZIMUTHS)
-        rows = [b"".join(m["data"] for m in got)[: AZIMUTHS * 7] for got in (one, other)]
-        assert rows[0] == rows[1] and len(one) > len(other)
-
-
-async def test_pause_holds_and_resumes_without_loss() -> None:
-    async with playing(station(FLAT_OUT)) as server:
-        feed = await server.feed("?mode=lossless")
-        await feed.spokes(30)
-        answer = await server.http.patch(CONTROLS, json={"pace": {"state": "pause"}})
-        assert answer.json()["pace"] == {"state": "pause", "factor": "max"}
-        await server.http.patch(CONTROLS, json={"pace": {"state": "run"}})
-        got = await feed.spokes(200)
-        assert all(b["first"] == a["first"] + a["count"] for a, b in zip(got, got[1:], strict=False))
-
-
-async def test_another_scene_takes_over_at_the_end_of_the_scan() -> None:
-    async with playing(station(FLAT_OUT)) as server:
-        feed = await server.feed("?encoding=f32&mode=lossless")
-        old = (await feed.until("hello"))["epoch"]
-        answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
-        assert answer.status_code == 200, answer.text
-        assert answer.json()["epoch"] != old and answer.json()["name"] == "second"
-        last = None
-        while (message := await feed.receive())["type"] == "spokes":
-            assert message["epoch"] == old
-            last = message
-        assert message["type"] == "hello" and message["epoch"] == answer.json()["epoch"]
-        assert message["scene"]["name"] == "second" and message["radar"]["azimuths"] == 720
-        assert last is None or last["index"] + last["count"] == AZIMUTHS
-        first = await feed.receive()
-        assert (first["type"], first["epoch"], first["first"], first["scan"], first["index"]) == (
-            "spokes", message["epoch"], 0, 0, 0,
-        )  # fmt: skip
-        assert first["time"][0] == 0.0
-
-
 async def test_another_range_is_another_epoch_at_once() -> None:
     async with playing(station()) as server:
         feed = await server.feed("?encoding=f32")
@@ -144,58 +96,6 @@ async def test_another_range_is_another_epoch_at_once() -> None:
         message = await feed.until("spokes")
         assert (message["first"], message["index"], message["bins"]) == (0, 5, 10)  # the scan goes on, numbers start anew
         np.testing.assert_array_equal(wire.samples(message)[0], power_of([5], BINS)[0, :10])
-
-
-async def test_another_rpm_goes_on_in_time_from_north() -> None:
-    """The running scan ends where one of the other rate begins; simulated time goes on, and sequence numbers start anew."""
-    async with playing(station(FLAT_OUT)) as server:
-        feed = await server.feed("?mode=lossless")
-        await feed.until("hello")
-        answer = await server.http.patch(CONTROLS, json={"rpm": 48, "gain": 70})
-        assert (answer.json()["rpm"], answer.json()["gain"]) == (pytest.approx(48.0), 70.0)
-        message, last = await feed.receive(), {}
-        while message["type"] != "hello":
-            message, last = await feed.receive(), message
-        scan, into_the_scan = divmod(message["clocks"]["simulated_s"], 1.25)
-        assert message["radar"]["rpm"] == pytest.approx(48.0) and into_the_scan == 0.0
-        spokes = await feed.spokes(10)
-        first = spokes[0]
-        assert (first["first"], first["index"], first["scan"]) == (0, 0, scan)
-        time = [t for m in spokes for t in m["time"]][:10]
-        np.testing.assert_allclose(time, last["time"][-1] + 2.5 / AZIMUTHS + np.arange(10) * 1.25 / AZIMUTHS, rtol=1e-12)
-
-
-async def test_standby_sends_nothing_and_time_goes_on() -> None:
-    async with playing(station()) as server:
-        feed = await server.feed()
-        await feed.until("hello")
-        await step(server, 2)
-        await feed.spokes(2)
-        answer = await server.http.patch(CONTROLS, json={"transmit": False})
-        assert answer.json()["transmit"] is False
-        await step(server, 6)
-        while (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"] < 7.5 * 2.5 / AZIMUTHS:
-            await asyncio.sleep(0.001)
-        await server.http.patch(CONTROLS, json={"transmit": True})
-        await step(server, 1)
-        message = await feed.receive()
-        assert (message["first"], message["index"]) == (2, 8)  # no number was used, six spokes have gone by
-
-
-async def test_gain_changes_the_u8_of_the_next_batch_only() -> None:
-    async with playing(station()) as server:
-        feed, raw = await server.feed("?encoding=u8"), await server.feed("?encoding=u8-log")
-        await server.http.patch(CONTROLS, json={"gain": 5})  # low enough that no echo saturates
-        await step(server, 1)
-        before, raw_before = (await feed.spokes(1))[0], (await raw.spokes(1))[0]
-        await server.http.patch(CONTROLS, json={"gain": 0})
-        await step(server, AZIMUTHS)
-        after, raw_after = (await feed.spokes(1))[0], (await raw.spokes(1))[0]
-        rise = 10 * math.log10(2)  # spoke 1 is twice spoke 0
-        lift = wire.samples(after).astype(float) - wire.samples(before)
-        assert np.all(np.abs(lift * DB_PER_STEP - (rise - 5.0)) <= DB_PER_STEP)  # two roundings of half a step
-        raw_lift = wire.samples(raw_after).astype(float) - wire.samples(raw_before)
-        assert np.all(np.abs(raw_lift * LOG_DB_PER_STEP - rise) <= LOG_DB_PER_STEP)
 
 
 async def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
@@ -285,25 +185,6 @@ async def test_sources_that_the_radar_cannot_tell_are_refused(query: str, reason
         assert closed.value.code == 4400
 
 
-async def test_a_client_that_does_not_read_loses_spokes_and_receives_their_exact_numbers() -> None:
-    async with playing(station(FLAT_OUT)) as server:
-        feed = await server.feed("?mode=live")
-        await feed.until("hello")
-        while (await server.http.get("/api/health")).json()["radars"][0]["spokes_lost"] == 0:
-            await asyncio.sleep(0.001)
-        await server.http.patch(CONTROLS, json={"pace": {"state": "pause"}})
-        expected, gaps = None, 0
-        while True:
-            health = (await server.http.get("/api/health")).json()["radars"][0]
-            if expected == health["next"]:
-                break
-            message = await feed.receive()
-            assert expected is None or message["first"] == expected, "a hole that no gap announces"
-            gaps += message["type"] == "gap"
-            expected = message["first"] + message["count"]
-        assert gaps >= 1
-
-
 async def test_rubbish_from_a_client_harms_nobody() -> None:
     async with playing(station()) as server:
         feed, other = await server.feed(), await server.feed()
@@ -348,38 +229,6 @@ async def test_a_page_of_another_site_may_not_listen() -> None:
             await server.feed(origin="http://elsewhere.example")
         assert closed.value.code == 403
         assert (await (await server.feed(origin="http://radar")).receive())["type"] == "hello"
-
-
-async def test_a_failed_engine_is_reported_to_clients_and_health_and_a_new_scene_restarts_it() -> None:
-    async with playing(station(FLAT_OUT, engine=FakeEngine(scene(), dies_at=40), restarts=0)) as server:
-        feed = await server.feed("?mode=lossless")
-        bye = await feed.until("bye")
-        assert "the wheel came off" in bye["reason"]
-        with pytest.raises(Closed):
-            await feed.receive()
-        health = await server.http.get("/api/health")
-        assert health.status_code == 503 and health.json()["status"] == "failed"
-        assert "the wheel came off" in health.json()["radars"][0]["fault"]
-        late = await server.feed()
-        assert "the wheel came off" in (await late.receive())["reason"]
-        await server.http.put("/api/radars/0/scene", json={"scene": {"name": "second"}})
-        while (await server.http.get("/api/health")).json()["status"] == "failed":
-            await asyncio.sleep(0.001)
-        assert (await (await server.feed()).receive())["scene"]["name"] == "second"
-
-
-async def test_stopping_says_bye() -> None:
-    only = station()
-    async with running(create_app([only])) as server:
-        feed = await server.feed()
-        await feed.until("hello")
-        stopping = asyncio.create_task(only.stop("going home"))
-        assert (await feed.until("bye"))["reason"] == "going home"
-        with pytest.raises(Closed) as closed:
-            await feed.receive()
-        assert closed.value.code == 1001
-        await stopping
-        assert "stopping" in (await (await server.feed()).receive())["reason"]
 
 
 class Clock:

@@ -5,9 +5,13 @@ import json
 
 import pytest
 
+from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.http.conversation import close_reason, until_first_ends
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.rest.rest_port import RestPort
+from radar_service.ports.signalk.signalk_port import SignalKPort
 from tests.ports.asgi import Closed
-from tests.ports.playing import playing
+from tests.ports.playing import playing, station
 
 
 async def test_the_first_part_that_ends_ends_the_others() -> None:
@@ -52,3 +56,25 @@ async def test_other_refusals_have_codes_of_their_own() -> None:
         with pytest.raises(Closed) as closed:
             await socket.text()
         assert closed.value.code == 4403
+
+
+@pytest.mark.parametrize(
+    ("path", "most"),
+    [
+        ("/api/radars/0/truth/stream", "service.radio.truth_stream.MAX_FOLLOWERS"),
+        ("/api/changes", "ports.rest.change_feed.MAX_CLIENTS"), ("/signalk/v1/stream", "ports.signalk.stream.MAX_CLIENTS"),
+    ],
+)  # fmt: skip
+async def test_too_many_clients_are_refused_until_one_leaves(path: str, most: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(f"radar_service.{most}", 1)
+    host = PortHost((RestPort(), FeedPort(), SignalKPort(None, False)))
+    async with playing(station(allow_truth=True, sinks=host.sinks("0")), ports=host) as server:
+        first = await server.open(path)
+        await first.text()
+        second = await server.open(path)
+        assert "its 1 clients" in json.loads(await second.text())["reason"]
+        with pytest.raises(Closed) as closed:
+            await second.text()
+        assert closed.value.code == 4503
+        await first.leave()
+        assert "reason" not in json.loads(await (await server.open(path)).text())

@@ -7,8 +7,6 @@ import logging
 import math
 import random
 import re
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import AsyncIterator, Awaitable, Callable
 from concurrent.futures import Future
@@ -18,6 +16,7 @@ from typing import Any, cast
 
 import pytest
 
+from radar_service.__main__ import main
 from radar_service.numerics.constants import KNOT
 from radar_service.ports.app import create_app
 from radar_service.ports.nmea.nmea_port import NmeaPort
@@ -369,13 +368,12 @@ def test_a_scene_that_sentences_cannot_steer_ends_the_start(words: str) -> None:
     host.check({"0": station(scene({"steerable": {}}))})
 
 
-def test_the_command_says_so_in_a_sentence(tmp_path: Path) -> None:
-    """Of a service as a whole: the status 2, and no trace of the program."""
+def test_the_command_says_so_in_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "s.json").write_text(json.dumps(scene({})))
     words = ["serve", str(tmp_path / "s.json"), "--port", "0", "--nmea-in-tcp", str(free_port())]
-    result = subprocess.run([sys.executable, "-m", "radar_service", *words], capture_output=True, text=True, timeout=60)
-    assert result.returncode == 2 and result.stderr.startswith("--nmea-in: own ship is not steerable in this scene; add")
-    assert len(result.stderr.splitlines()) == 1
+    assert main(words) == 2
+    (line,) = capsys.readouterr().err.splitlines()
+    assert line.startswith("--nmea-in: own ship is not steerable in this scene; add")
 
 
 @pytest.mark.parametrize("words", UNFIT)

@@ -107,17 +107,6 @@ async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPa
         assert closed.value.code == TOO_SLOW and last == {"type": "bye", "reason": change_feed.BEHIND}
 
 
-async def test_there_are_at_most_so_many_clients(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(change_feed, "MAX_CLIENTS", 1)
-    async with playing() as server:
-        await until(await server.open("/api/changes"), "status")
-        refused = await server.open("/api/changes")
-        assert "has its 1 clients" in json.loads(await refused.text())["reason"]
-        with pytest.raises(Closed) as closed:
-            await refused.text()
-        assert closed.value.code == change_feed.FULL
-
-
 async def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(change_feed, "MAX_WAITING", 3)
     monkeypatch.setattr(change_feed.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state

@@ -111,9 +111,3 @@ async def test_a_number_that_is_not_finite_is_refused_and_named(number: str) -> 
         ):  # fmt: skip
             answer = await server.http.patch(f"/api/radars/0/{path}", content=body, headers=JSON)
             assert answer.status_code == 422 and answer.json()["detail"][0].startswith(key), answer.text
-
-
-async def test_what_is_no_json_is_refused() -> None:
-    async with playing() as server:
-        answer = await server.http.patch("/api/radars/0/controls", content="{", headers=JSON)
-        assert answer.status_code == 400 and answer.json()["detail"][0].startswith("body: not JSON: ")

@@ -10,14 +10,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from radar_service import wire
 from radar_service.ports.feed.feed_socket import ConnectionErrors
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.error import SceneError
-from tests.ports.asgi import Server, Socket
+from tests.ports.asgi import Server
 from tests.ports.playing import playing, station
 from tests.service.fake import AZIMUTHS, BINS, RADAR, FakeEngine, factory, scene
 
@@ -139,13 +138,6 @@ async def test_a_bad_scene_is_refused_and_the_feed_goes_on(requested: dict[str, 
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
 
 
-async def test_an_engine_that_dies_at_once_does_not_take_over() -> None:
-    async with playing(station(make=factory(dies_at=1))) as server:
-        answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "x"}})
-        assert answer.status_code == 422 and "the wheel came off" in answer.json()["detail"][0]
-        assert (await server.http.get("/api/health")).json()["status"] == "ok"
-
-
 async def test_truth_is_given_only_where_it_is_allowed() -> None:
     async with playing(station(allow_truth=True)) as server:
         state = (await server.http.get("/api/radars/0/truth?t=12.5")).json()
@@ -180,15 +172,6 @@ NONE: dict[str, Any] = dict.fromkeys(("gyro", "log", "position", "antenna", "fee
 
 async def step(server: Server, spokes: int) -> None:
     await server.http.patch(CONTROLS, json={"pace": {"state": "step", "steps": spokes}})
-
-
-async def stepped(server: Server, feed: Socket, spokes: int) -> dict[str, list[Any]]:
-    """What a client receives with so many spokes more: the values of each."""
-    await step(server, spokes)
-    messages = await feed.spokes(spokes)
-    columns = {key: [value for message in messages for value in message[key]] for key in ("heading", "course", "azimuth")}
-    rows = [message["index"] + k for message in messages for k in range(message["count"])]
-    return columns | {"index": rows, "first": [messages[0]["first"]]}
 
 
 async def test_errors_are_told_changed_and_switched_off() -> None:
@@ -241,25 +224,6 @@ async def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist
         for method in ("get", "patch", "delete"):
             answer = await server.http.request(method, ERRORS.replace("0", "9"), json={}, headers=token)
             assert answer.status_code == 404 and 'there is no "9"' in answer.json()["detail"][0]
-
-
-async def test_clients_receive_what_is_reported_from_the_next_spoke_on() -> None:
-    async with playing() as server:
-        feed = await server.feed()
-        right = await stepped(server, feed, 5)
-        await server.http.patch(ERRORS, json={"antenna": {"misalignment_deg": 9}, "gyro": {"bias_deg": 18}})
-        wrong = await stepped(server, feed, 5)
-        turn = wire.TURN
-        expected = np.rint((right["heading"][0] / turn + 18 / 360) * turn) % turn
-        assert wrong["heading"] == pytest.approx([expected] * 5, abs=1) and wrong["first"] == [
-            5
-        ]  # one unit: both are rounded
-        assert wrong["azimuth"] == np.rint((np.array(wrong["index"]) / AZIMUTHS + 27 / 360) * turn).astype(int).tolist()
-        await server.http.patch(ERRORS, json={"gyro": {}, "antenna": {}, "feed": {"heading_lost_s": [[0, 1e9]]}})
-        lost = await stepped(server, feed, 5)
-        assert lost["heading"] == lost["course"] == [None] * 5
-        expected = np.rint((np.array(lost["index"]) / AZIMUTHS - 30 / 360) * turn)  # from the bow, on a heading of 030
-        assert lost["azimuth"] == (expected % turn).astype(int).tolist()
 
 
 async def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> None:

@@ -1,12 +1,12 @@
 """Announcements by mDNS are found by zeroconf's own browser; without it, a sentence."""
 
 import asyncio
-import subprocess
 import sys
 from typing import Any
 
 import pytest
 
+from radar_service.__main__ import main
 from radar_service.terminal.arguments import UsageError
 
 HERE = "127.0.0.1"
@@ -43,13 +43,16 @@ def found(port: int) -> Any:
     return asyncio.run(asyncio.wait_for(whole(), 60))
 
 
+def test_without_the_package_the_command_names_the_extra(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delitem(sys.modules, "radar_service.ports.signalk.announcement", raising=False)
+    monkeypatch.setitem(sys.modules, "zeroconf", None)
+    assert main(["serve", "harbour", "--signalk", "--announce"]) == 2
+    assert capsys.readouterr().err.startswith("announcements need the package zeroconf, of the extra announce;")
+
+
 def test_what_cannot_be_announced_is_said_in_a_sentence() -> None:
-    code = (
-        "import sys; sys.modules['zeroconf'] = None\n"
-        "from radar_service.__main__ import main; sys.exit(main(['serve', 'harbour', '--signalk', '--announce']))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert done.returncode == 2 and done.stderr.startswith("announcements need the package zeroconf, of the extra announce;")
     pytest.importorskip("zeroconf")
     from radar_service.ports.signalk.announcement import Announcement
 

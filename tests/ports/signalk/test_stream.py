@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from radar_service.ports.signalk import stream
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.settings import Settings
@@ -162,14 +161,6 @@ async def test_a_wrong_query_is_refused(query: str) -> None:
     async with playing() as server:
         with pytest.raises(Closed):
             await server.open(f"{PATH}?{query}")
-
-
-async def test_a_full_stream_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stream, "MAX_CLIENTS", 1)
-    async with playing() as server:
-        await heard(await server.open(PATH))
-        second = await server.open(PATH)
-        assert "try again later" in (await heard(second))["reason"]
 
 
 async def test_a_client_that_does_not_read_costs_nothing_and_reads_the_newest() -> None:

@@ -246,16 +246,6 @@ async def test_a_change_that_fails_lets_the_radar_go_on() -> None:
     assert len(sink.epochs) == 1
 
 
-async def test_of_two_changes_at_once_the_last_one_wins() -> None:
-    async with playing(FAST) as (station, sink):
-        await asyncio.gather(station.change({"rpm": 48.0}), station.change({"rpm": 12.0}))
-        await asyncio.to_thread(
-            sink.wait_for, lambda: sink.epochs[-1].scene_request.rpm == 12.0 and sink.batches[-1].epoch is sink.epochs[-1]
-        )
-    for epoch in range(1, len(sink.epochs)):
-        goes_on(sink, epoch)
-
-
 STEERED: dict[str, Any] = {
     "radar": {"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 256, "pulse_s": 1e-6},
     "environment": {"noise": True},

@@ -156,29 +156,6 @@ def going_on(transmitter: Transmitter, of: Scene, scans_later: int = 0) -> Spoke
     return prepared(engine, scan + scans_later, commands=commands)
 
 
-def test_a_long_life() -> None:
-    """Its engine fails, the next one too, and after it none comes up; another scene, which goes on, and one more scene."""
-    dying, second = iter((100, 0)), scene("second")
-    sink = RecordingSink()
-
-    def make(order: SceneRequest, progress: Progress) -> FakeEngine:
-        return factory(dies_at=next(dying))(order, progress)
-
-    options = {"engine": FakeEngine(scene(), dies_at=40), "make_spoke_source": make}
-    with transmitting(FLAT_OUT, sink, restarts=2, **options) as (transmitter, _):
-        until(lambda: transmitter.state.now is State.FAILED)
-        transmitter.pacer.set(PAUSED)
-        transmitter.switch_to(prepared(FakeEngine(second)))
-        until(lambda: transmitter.state.now is State.SENDING)
-        stepped(transmitter, sink, 3)
-        assert transmitter.go_on_with(going_on(transmitter, second))
-        sink.wait_for(lambda: len(sink.epochs) == 3)
-        transmitter.switch_to(prepared(FakeEngine(scene("third"))))
-        sink.wait_for(lambda: len(sink.epochs) == 4)
-    assert [epoch.info.scene.name for epoch in sink.epochs] == ["test scene", "second", "second", "third"]
-    assert transmitter.state.restarts == 2
-
-
 def scene_of(transmitter: Transmitter) -> Scene:
     """The scene that a transmitter of a fake engine runs."""
     engine = transmitter.supervisor.worker.spoke_source
