@@ -25,9 +25,8 @@ from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
 from radar_service.bench.single_run import SCHEMA, header_of, same_for_all, single_run
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.process_tracker import end_waiting
-from radar_service.bench.trackers.trackers import tracker_for
+from radar_service.bench.trackers.trackers import is_program, tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
-from radar_service.bench.video import program_on_video
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.plan import plan_for
 from radar_service.scene_file.load import load_scene
@@ -129,10 +128,10 @@ def sealed_of(tracker: str, blind: Blind | None) -> tuple[str, ...] | None:
 
 
 def check_start(tracker: str, scenario: Scenario, blind: Blind | None) -> None:
-    """Starts and ends a program or callable, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
-    if not tracker.startswith(SCHEMES):  # a server is reached once for each run, and soon fails where it is not
-        program = program_on_video(tracker, scenario.answers) if scenario.input == "video" else tracker
-        started = tracker_for(program, header_of(scenario, None if blind else 0), sealed_of(tracker, blind))
+    """Starts and ends a tracker, so that a wrong name is told before any run. Raises TrackerError and ImportError."""
+    in_each_run = scenario.input == "video" or tracker.startswith(SCHEMES)  # a header with video is made with its service
+    if not (is_program(tracker) and in_each_run):
+        started = tracker_for(tracker, header_of(scenario, None if blind else 0), sealed_of(tracker, blind))
         if isinstance(started, LineTracker):
             started.close()
 

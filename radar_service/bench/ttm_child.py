@@ -117,9 +117,7 @@ class Plotter:
 
 def serve(words: Sequence[str], lines: Iterator[str], answers: TextIO) -> None:
     """Answers each scan of some lines, of which the first one is the header. Raises RuntimeError and OSError."""
-    video = json.loads(next(lines)).get("video")
-    if video is None:  # the bench only looks whether the program starts
-        return
+    video = json.loads(next(lines))["video"]
     plotter, port = Plotter(video.get("origin")), socket(AF_INET, SOCK_DGRAM)
     port.bind(("127.0.0.1", 0))
     places = {"{feed}": video["feed"], "{address}": video["address"], "{udp}": str(port.getsockname()[1])}

@@ -33,8 +33,6 @@ def plots_of(video: Line, lines: Iterable[str]) -> Iterator[TrackerInput]:
 def serve(tracker: str | None, lines: Iterator[str], answers: TextIO) -> None:
     """Answers each scan of some lines, of which the first one is the header. Raises as its parts do."""
     header = json.loads(next(lines))
-    if "video" not in header:  # the bench only looks whether the program starts
-        return
     behind = tracker_for(tracker, header) if tracker else None
     for given in plots_of(header["video"], lines):
         key, records = ("tracks", behind.update(given)) if behind else ("plots", given.plots)

@@ -117,8 +117,8 @@ class BeamPassages:
 
     def _placed(self, n: int, evaluated: Sequence[BodyEchoes], time: float) -> list[Floats]:
         """Positions (M, 3) of each of the echoes of body n on the map at `time` [s]."""
-        poses = self._poses.at(np.array([time]), np.array([n]))
-        return [poses.map_from_bodies(0, echoes.position, np.full(len(echoes), n)) for echoes in evaluated]
+        pose = self._poses.at(np.array([time]), np.array([n])).of_body(0, n)
+        return [pose.map_from_frame(echoes.position) for echoes in evaluated]
 
     def node(self, n: int, spoke: int, time: float) -> ObservedEchoes:
         """The echoes of body n as it is at a spoke, kept for all azimuths that need them; those bodies occlude that are present

@@ -13,6 +13,7 @@ import numpy as np
 from radar_service.echo.range_history import apparent_position
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import effective_earth_radius, wrap_angle
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices
 from radar_service.scattering.model import BearingWedge
 from radar_service.scattering.resting_points import RestingPoints
@@ -24,6 +25,7 @@ NEWTON_STEPS = (
     3,
 )  # each squares the error of a crossing; where the antenna sways, it leaves 0.5 % of it (10 degrees in 8 s)
 BEARING_STEPS = 6  # towards the bearing on the map of a boresight; each leaves 2 % of the error at a roll of 12 degrees
+ANTENNAS = 16  # a tile asks for six arrays of its azimuths and rows, up to three times each
 BEFORE = 1e-6  # s before the start, when own ship rests
 
 
@@ -44,7 +46,15 @@ class BoresightTrack:
         return 2.0 * np.pi / self.scene.radar.rotation_period
 
     def antenna(self, number: Floats) -> Floats:
-        """Positions (K, 3) of the antenna on the map [m] at azimuth numbers (K,)."""
+        """Positions (K, 3) of the antenna on the map [m] at azimuth numbers (K,), kept for others that need the same."""
+        return self._antennas.get(number.tobytes(), lambda: self._antenna(number))
+
+    @cached_property
+    def _antennas(self) -> ResultCache[bytes, Floats]:
+        return ResultCache(ANTENNAS, self.scene.revision)
+
+    def _antenna(self, number: Floats) -> Floats:
+        """Computes `antenna`."""
         time = self.scene.radar.time_of_spokes(number)
         antenna = self.scene.antenna(time)
         early = np.flatnonzero(time < 0.0)

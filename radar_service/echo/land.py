@@ -110,7 +110,7 @@ class LandPassages:
         antenna, shift, level = part.at(crossing)
         offset = self._middles(which) - antenna
         near = self._near(offset, antenna[:, 2], way)
-        far = np.flatnonzero(~near)
+        far = np.flatnonzero(~near) if near.any() else slice(None)
         levels = None if level is None else level[far]
         distance, received = self._received(which[far], offset[far], antenna[far], levels)
         if self._scene.environment.attenuators:
@@ -159,7 +159,7 @@ class LandPassages:
         tilt_error: Floats | float = 0.0
         if level is not None:
             tilt_error = elevation_of(apparent_position(offset[:, None], level, self._earth_radius)[:, 0]) - elevation
-        polar = Polar(distance, elevation, elevation, np.hypot(offset[:, 0], offset[:, 1]))
+        polar = Polar(distance, elevation, elevation, np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2))
         paths = Paths(np.full(len(which), ALL_PATHS), self.points.span[which].astype(np.float64))
         height = offset[:, 2] + antenna[:, 2]
         land = LandBefore(self._line_of_sight, antenna, offset, self._key[self.points.body[which]])

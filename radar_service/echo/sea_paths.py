@@ -13,7 +13,7 @@ from radar_service.echo.range_history import Parabola
 from radar_service.numerics.frames import Polar
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess
+from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess, turned_back
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
 from radar_service.radar.parameters import Radar
 from radar_service.world.environment import Environment
@@ -56,8 +56,9 @@ class Paths(NamedTuple):
                 factor[single] = ratio[single] ** path
         extended = np.flatnonzero((self.path < 0) & (self.height_span > 0.0))
         if len(extended):
-            span = _as_column(phase_span[extended], ratio.ndim)
-            factor[extended] = mean_square_factor(ratio[extended], phase[extended], span)
+            which = slice(None) if len(extended) == len(factor) else extended  # no copies
+            span = _as_column(phase_span[which], ratio.ndim)
+            factor[which] = mean_square_factor(ratio[which], phase[which], span)
         return factor
 
 
@@ -210,14 +211,6 @@ def range_and_factor(
         return polar.range, (elevation_gain(radar, polar.elevation, tilt_error) * loss).astype(np.complex128)
     sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths, tilt_error, land)
     return polar.range + paths.by_sea * sea.rays.geometry.excess, sea.factor() * loss
-
-
-def turned_back(phase: Floats | Singles) -> Complexes | Profiles:
-    """exp(-j phase), any shape; in half the time of a complex exponential, a fifth for single precision."""
-    turned: Complexes | Profiles = np.empty(phase.shape, dtype=np.result_type(phase, np.complex64))
-    np.cos(phase, out=turned.real)
-    np.negative(np.sin(phase), out=turned.imag)
-    return turned
 
 
 def _as_column(values: Floats | Singles | Indices, dimensions: int) -> Floats:

@@ -18,6 +18,7 @@ import numpy as np
 
 from radar_service.echo.passage_nodes import node_weights
 from radar_service.numerics.types import Complexes, Floats, Indices, Singles
+from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.model import BodyEchoes, Caster
 from radar_service.scattering.predictions import NEAREST
@@ -170,5 +171,5 @@ def by_range(echoes: BodyEchoes, distance: Floats, radar: Radar) -> Fields:
     """The fields in range cells, shared linearly between two, as echoes are at distances (E,) [m]."""
     cell = distance / radar.range_resolution
     share, key = cell % 1.0, (cell.astype(np.int64) << 2) | (echoes.path & 3)
-    field = echoes.amplitude * np.exp(-4j * np.pi / radar.wavelength * distance)
+    field = echoes.amplitude * two_way_phase(distance, radar.wavelength)
     return Fields(np.concatenate([key, key + 4]), np.concatenate([field * (1.0 - share), field * share]))

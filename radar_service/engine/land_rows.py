@@ -19,10 +19,11 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
 from radar_service.echo.moving import MovingEchoes
 from radar_service.echo.range_history import slant_range
-from radar_service.echo.sea_paths import turned_back
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Floats, Indices, Profiles
+from radar_service.propagation.multipath import turned_back
+from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import Compression, range_kernel
 from radar_service.receive.gridding import Kernel, KernelTable, spread
@@ -184,9 +185,9 @@ class LandRows:
         radar, number, motion = self._scene.radar, azimuths.number, self._scene.own_ship
         before = int(number[0]) // radar.azimuths * radar.azimuths
         rows_before, distance = before * self._rows_per_piece // PIECE, self._ring_middle[rings]
-        velocity = motion.pose(radar.time_of_spokes(rows / self._rows_per_azimuth)).velocity
-        turns = motion.sway is not None or bool((velocity != velocity[0]).any()) or rows[0] < 0
-        if turns or rows_before * PIECE != before * self._rows_per_piece:
+        turns = motion.sway is not None or rows[0] < 0
+        velocity = np.zeros((1, 3)) if turns else motion.pose(radar.time_of_spokes(rows / self._rows_per_azimuth)).velocity
+        if turns or (velocity != velocity[0]).any() or rows_before * PIECE != before * self._rows_per_piece:
             return self._on_boresight(self.passages.track, number, rows, distance)
 
         def computed() -> Profiles:
@@ -208,7 +209,7 @@ class LandRows:
         left = (now - track.shift(number)) - (passed - track.shift(at))[..., None]
         gain = radar.azimuth_gain(off) * (passed[..., None] / now) ** 2
         gain[np.abs(off) > self._extent] = 0.0
-        field = gain * np.exp(-4j * np.pi / radar.wavelength * left)
+        field = gain * two_way_phase(left, radar.wavelength)
         size = int(scipy.fft.next_fast_len(len(rows)))
         spectrum = scipy.fft.fft(field.swapaxes(1, 2), size, axis=2) / self._kernel.transform(scipy.fft.fftfreq(size))
         corrected = scipy.fft.ifft(spectrum, axis=2)[:, :, : len(rows)]

@@ -28,7 +28,7 @@ KERNEL int64_t lattice_nodes(int64_t count, int64_t from_zero, int64_t room, con
     double inside[3], size = 1.0;
     for (int64_t i = 0; i < count; i++)
         for (int axis = 0; axis < 3; axis++) {
-            int64_t at = cell(points + 3 * i, axis, from_zero != 0, steps, base, inside);
+            int64_t at = corner[axis * count + i] = cell(points + 3 * i, axis, from_zero != 0, steps, base, share + axis * count + i);
             if (at < -FARTHEST || at > FARTHEST) return REFUSED;
             if (at < first[axis]) first[axis] = at;
             if (at > last[axis]) last[axis] = at;
@@ -40,8 +40,10 @@ KERNEL int64_t lattice_nodes(int64_t count, int64_t from_zero, int64_t room, con
     if (!number) return NO_MEMORY;
     for (int64_t i = 0; i < count; i++) {
         int64_t at = 0;
-        for (int axis = 0; axis < 3; axis++)
-            at = at * extent[axis] + cell(points + 3 * i, axis, from_zero != 0, steps, base, inside + axis) - first[axis];
+        for (int axis = 0; axis < 3; axis++) {
+            at = at * extent[axis] + corner[axis * count + i] - first[axis];
+            inside[axis] = share[axis * count + i];
+        }
         double aside[4] = {(1.0 - inside[0]) * (1.0 - inside[1]), (1.0 - inside[0]) * inside[1],
                            inside[0] * (1.0 - inside[1]), inside[0] * inside[1]};
         for (int n = 0; n < 4; n++) {
@@ -80,22 +82,22 @@ KERNEL int64_t lattice_between(int64_t count, const int64_t *corner, const doubl
     return count;
 }
 
-/* Adds to `total` (N) the shares of amplitudes (W), W = count, of the points from `begin` on. corner, share (8, M): as of
- * `Lattice`, M = points. */
-/* Arrays: begin < points - count + 1; corner (8, points) < N; share (8, points); amplitude (count); total (N) */
-KERNEL int64_t lattice_sums(int64_t count, int64_t begin, int64_t points, const int64_t *corner, const double *share,
-                            const Complex *amplitude, Complex *total) {
-    for (int64_t i = 0; i < count; i++)
-        for (int64_t c = 0; c < 8; c++) {
-            int64_t at = c * points + begin + i;
-            total[corner[at]] = plus(total[corner[at]], scaled(amplitude[i], share[at]));
-        }
-    return count;
+/* Adds to total (rows, nodes) the shares of amplitudes (M), M = count, each in its row. corner, share (8, M): as of `Lattice`. */
+/* Arrays: rows from 1; row (count) < rows; corner (8, count) < nodes; share (8, count);
+ * amplitude (count); total (rows, nodes) */
+KERNEL int64_t lattice_sums(int64_t count, int64_t rows, const int64_t *row, const int64_t *corner, const double *share,
+                            const Complex *amplitude, int64_t nodes, Complex *total) {
+    for (int64_t i = 0; i < count; i++) {
+        Complex *of_row = total + row[i] * nodes;
+        for (int64_t at = i; at < 8 * count; at += count)
+            of_row[corner[at]] = plus(of_row[corner[at]], scaled(amplitude[i], share[at]));
+    }
+    return rows;
 }
 
 /* exp(j phase) of phases (M) [rad], M = count. */
 /* Arrays: phase, result (count) */
 KERNEL int64_t phasors(int64_t count, const double *phase, Complex *result) {
-    for (int64_t i = 0; i < count; i++) result[i] = phasor(phase[i]);
+    phasors_of(count, phase, result);
     return count;
 }

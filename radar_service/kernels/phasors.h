@@ -45,8 +45,21 @@ static inline Complex phasor(double phase) {
                             z * (-2.75573143513906633035e-07 +
                                  z * (2.08757232129817482790e-09 - z * 1.13596475577881948265e-11))));
     double sine = x + x * z * odd, whole = 1.0 - 0.5 * z, cosine = whole + (((1.0 - whole) - 0.5 * z) + z * z * even);
-    double re = bits & 1 ? sine : cosine, im = bits & 1 ? cosine : sine;
-    return complex_of((bits + 1) & 2 ? -re : re, bits & 2 ? -im : im);
+    uint64_t odd_quarter = -(bits & 1), re, im; /* no branch: quarters follow no order */
+    memcpy(&re, &cosine, sizeof re);
+    memcpy(&im, &sine, sizeof im);
+    uint64_t swap = (re ^ im) & odd_quarter;
+    re ^= swap ^ ((bits + 1) & 2) << 62;
+    im ^= swap ^ (bits & 2) << 62;
+    Complex result;
+    memcpy(&result.re, &re, sizeof re);
+    memcpy(&result.im, &im, sizeof im);
+    return result;
+}
+
+/* `phasor` of phases (count) [rad]. */
+static inline void phasors_of(int64_t count, const double *restrict phase, Complex *restrict result) {
+    for (int64_t i = 0; i < count; i++) result[i] = phasor(phase[i]);
 }
 
 #endif

@@ -125,11 +125,16 @@ static inline Vec first_point(const Scene *scene, const Path *path, Vec point) {
     return point;
 }
 
+/* A length, and what both legs are longer than straight lines. */
+static inline double with_detours(double length, const Aspect *a, const Path *path, const View *back, Vec begin, Vec end) {
+    double in = detour(&a->view[path->leg].leg, begin), same = !path->n && path->leg == back->level;
+    return length + in + (same ? in : detour(&back->leg, end));
+}
+
 static double length_at(const Aspect *a, const Path *path, const View *back, Vec point) {
     const Leg *out = &a->view[path->leg].leg;
     double length = size_of(vsub(point, path->eye[path->n])) + size_of(vsub(point, back->leg.eye));
-    if (isinf(out->earth_radius)) return length;
-    return length + detour(out, first_point(a->scene, path, point)) + detour(&back->leg, point);
+    return isinf(out->earth_radius) ? length : with_detours(length, a, path, back, first_point(a->scene, path, point), point);
 }
 
 /* (p . d)(n . E) - (p . E)(n . d): what the current that a field makes on a surface sends back, as received. */
@@ -142,11 +147,12 @@ static At at_point(const Aspect *a, const Path *path, const View *back, int piec
     const Output *o = &a->out;
     Vec normal = a->scene->plane[piece].normal;
     Vec begin = first_point(a->scene, path, point), eye = path->eye[0];
-    Vec in = vsub(point, path->eye[path->n]), away = vsub(point, back->leg.eye), leaves = vsub(begin, eye);
-    double in_length = size_of(in), away_length = size_of(away), first_length = size_of(leaves);
+    Vec in = vsub(point, path->eye[path->n]), away = vsub(point, back->leg.eye), leaves;
+    int direct = !path->n, same = direct && path->leg == back->level;
+    double in_length = size_of(in), away_length = same ? in_length : size_of(away);
     in = vscale(in, 1.0 / in_length);
-    away = vscale(away, 1.0 / away_length);
-    leaves = vscale(leaves, 1.0 / first_length);
+    away = same ? in : vscale(away, 1.0 / away_length);
+    leaves = direct ? in : unit_of(vsub(begin, eye));
     at.point = at.place = point;
     at.begins = begin.z;
     at.path = in_length + away_length;
@@ -155,11 +161,11 @@ static At at_point(const Aspect *a, const Path *path, const View *back, int piec
         double missing = (at.path - size_of(vsub(middle, eye)) - size_of(vsub(middle, back->leg.eye))) / 2.0;
         at.place = vadd(middle, vscale(slope, missing / larger(vdot(slope, slope), 1e-3)));
     }
-    if (!isinf(back->leg.earth_radius)) at.path += detour(&a->view[path->leg].leg, begin) + detour(&back->leg, point);
+    if (!isinf(back->leg.earth_radius)) at.path += with_detours(0.0, a, path, back, begin, point);
     at.gradient = vadd(in, away);
     at.gradient = vsub(at.gradient, vscale(normal, vdot(normal, at.gradient)));
     at.steep = vdot(at.gradient, at.gradient);
-    Vec field = polarized(leaves, o->level), received = polarized(away, o->level);
+    Vec field = polarized(leaves, o->level), received = same ? field : polarized(away, o->level);
     double kept = path->n ? coherent(a->walls, piece, vdot(in, normal)) : 1.0;
     for (int k = 0; k < path->n; k++) {
         Vec there = a->scene->plane[path->chain[k]].normal;
@@ -246,30 +252,39 @@ typedef struct {
     double frame, low, high; /* where the panel begins, and its largest depths at whole numbers of `tier`, 0 and 1 */
 } Block;
 
-static double dented_path(const Walls *w, const Block *b, Vec share) {
-    double sag = share.y * share.z * b->sag.x + share.z * share.x * b->sag.y + share.x * share.y * b->sag.z;
-    double sine = phasor(0.5 * TURN * (vdot(share, b->bay) - b->frame)).im, depth = b->low + vdot(share, b->tier) * (b->high - b->low);
-    return vdot(share, b->path) + sag + vdot(share, b->facing) * fading(w, vdot(share, b->turns)) * depth * sine * sine;
+/* Lengths at points of a panel (count) of these shares. */
+static void dented_paths(const Walls *w, const Block *b, int count, const Vec *at, double *length) {
+    double phase[3 * MOST];
+    Complex turn[3 * MOST];
+    for (int i = 0; i < count; i++) phase[i] = 0.5 * TURN * (vdot(at[i], b->bay) - b->frame);
+    phasors_of(count, phase, turn);
+    for (int i = 0; i < count; i++) {
+        Vec share = at[i];
+        double sag = share.y * share.z * b->sag.x + share.z * share.x * b->sag.y + share.x * share.y * b->sag.z;
+        double sine = turn[i].im, depth = b->low + vdot(share, b->tier) * (b->high - b->low);
+        length[i] = vdot(share, b->path) + sag + vdot(share, b->facing) * fading(w, vdot(share, b->turns)) * depth * sine * sine;
+    }
 }
 
 /* Adds to the fields of the corners what a strip of a block gives. */
 static void strip_field(const Aspect *a, const Block *b, const Polygon *strip, Complex sum[3]) {
-    double length[MOST], k = a->out.wavenumber;
+    int n = strip->n, points = n; /* corners, and from n on the middles between the first and each, then between neighbours */
+    double length[3 * MOST], phase[MOST], k = a->out.wavenumber;
+    Vec share[3 * MOST];
     Complex at[MOST], of_corner[MOST], means[3];
-    for (int i = 0; i < strip->n; i++) {
+    memcpy(share, strip->at, (size_t)n * sizeof(Vec));
+    for (int i = 1; i < n; i++) share[points++] = vscale(vadd(share[0], share[i]), 0.5);
+    for (int i = 1; i + 1 < n; i++) share[points++] = vscale(vadd(share[i], share[i + 1]), 0.5);
+    dented_paths(a->walls, b, points, share, length);
+    for (int i = 0; i < n; i++) {
         of_corner[i] = complex_of(0.0, 0.0);
-        length[i] = dented_path(a->walls, b, strip->at[i]);
-        at[i] = phasor(-k * length[i]);
+        phase[i] = -k * length[i];
     }
-    double last = dented_path(a->walls, b, vscale(vadd(strip->at[0], strip->at[1]), 0.5));
-    for (int i = 1; i + 1 < strip->n; i++) {
-        Vec share[3] = {strip->at[0], strip->at[i], strip->at[i + 1]};
-        double lengths[3] = {length[0], length[i], length[i + 1]};
-        double outer = dented_path(a->walls, b, vscale(vadd(share[1], share[2]), 0.5));
-        double next = dented_path(a->walls, b, vscale(vadd(share[2], share[0]), 0.5)), middle[3] = {outer, next, last};
+    phasors_of(n, phase, at);
+    for (int i = 1; i + 1 < n; i++) {
+        double lengths[3] = {length[0], length[i], length[i + 1]}, middle[3] = {length[2 * n - 2 + i], length[n + i], length[n + i - 1]};
         Complex phasors[3] = {at[0], at[i], at[i + 1]};
-        last = next;
-        double area = b->area * fabs(vdot(share[0], vcross(share[1], share[2])));
+        double area = b->area * fabs(vdot(share[0], vcross(share[i], share[i + 1])));
         means_of(k, lengths, phasors, middle, means);
         of_corner[0] = plus(of_corner[0], scaled(means[0], area));
         of_corner[i] = plus(of_corner[i], scaled(means[1], area));
@@ -521,7 +536,7 @@ static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *pa
     double rise = 0.0;
     const Vec *corner = scene->corner + scene->first[piece];
     int corners = scene->first[piece + 1] - scene->first[piece], cuts[MOST + 2], count = 0;
-    for (int k = 0; k < beam->n; k++) {
+    for (int k = beam->n - 1; k >= 0; k--) {
         int any = 0, all = 1;
         for (int i = 0; i < corners; i++) {
             double height = height_over(beam->at[k], corner[i]);
@@ -531,9 +546,10 @@ static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *pa
         if (!any) return 0;
         if (!all) cuts[count++] = k;
     }
+    if (passes_by(beam, corner, corners)) return 0;
     *part = piece_of(scene, piece);
-    for (int k = 0; k < count; k++)
-        if (!keep_before(part, beam->at[cuts[k]])) return 0;
+    while (count--) /* the plane beyond first */
+        if (!keep_before(part, beam->at[cuts[count]])) return 0;
     for (int i = 0; i < part->n; i++) rise = larger(rise, height_over(beam->at[0], part->at[i]));
     return part->n > 2 && rise > FLUSH && area_of(part) > SPECK;
 }

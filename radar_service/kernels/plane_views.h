@@ -40,39 +40,37 @@ static int shadow_sides(const Polygon *occluder, Vec eye, Plane plane, Plane *si
  * one counts. What no shadow meets stays as it is. Returns whether anything changes. */
 static int shade(Regions *list, const Plane *planes, int count, int first) {
     Plane sides[MOST + 1];
-    int changed = 0;
+    int changed = 0, telling = 0;
     int64_t before = count ? list->n : 0;
     memcpy(sides, planes, (size_t)count * sizeof(Plane));
     sides[0].offset -= first ? 2.0 * THIN : 0.0;
     list->work += before;
     for (int64_t k = 0; k < before && !list->failed; k++) {
         int met = 1;
-        for (int s = 0; s < count && met; s++) {
+        for (int s = -1; s < count && met; s++) { /* what tells of one region often tells of the next */
+            int side = s < 0 ? telling : s;
             const Polygon *p = list->at + k;
-            double most = -1.0;
-            for (int i = 0; i < p->n; i++) {
-                double height = height_over(sides[s], p->at[i]);
-                most = height > most ? height : most;
-            }
-            met = most > THIN;
+            met = 0;
+            for (int i = 0; i < p->n && !met; i++) met = height_over(sides[side], p->at[i]) > THIN;
+            telling = met ? telling : side;
         }
         if (!met) continue;
         halve_if_large(list, k, count);
         if (list->failed) return 1;
-        Polygon rest, inside, outside[MOST + 1];
+        Polygon halves[2], outside[MOST + 1], *rest = list->at + k, *inside = halves;
         int lit = 0, gone = 0;
-        copy_polygon(&rest, list->at + k);
         for (int s = 0; s < count && !gone; s++) {
             double height[MOST];
-            heights_over(sides[s], &rest, height);
-            int part = cut_polygon(&rest, height, &inside, outside + lit);
+            heights_over(sides[s], rest, height);
+            int part = cut_polygon(rest, height, inside, outside + lit);
             if (part == PART) {
                 if (outside[lit].n > 2 && area_of(outside + lit) > SPECK) lit++;
-                copy_polygon(&rest, &inside);
+                rest = inside;
+                inside = halves + (rest == halves);
             }
-            gone = part == NOTHING || rest.n < 3;
+            gone = part == NOTHING || rest->n < 3;
         }
-        if (gone || area_of(&rest) < SPECK) continue;
+        if (gone || area_of(rest) < SPECK) continue;
         changed = 1;
         if (!lit) {
             copy_polygon(list->at + k, list->at + list->n - 1);
@@ -253,38 +251,52 @@ static void free_tree(Tree *t) {
 typedef struct {
     int n;
     Plane at[MOST + 2];
+    Vec eye;
+    const Polygon *window;
 } Beam;
 
 static Beam beam_through(const Polygon *window, Vec eye, Plane beyond) {
     Beam beam;
+    beam.eye = eye;
+    beam.window = window;
     beam.at[0] = beyond;
     beam.n = add_planes_of_edges(window->at, window->n, eye, middle_of(window), beam.at, 1);
     return beam;
 }
 
-/* A plane from the middle of a scene: its normal, the sizes of that, its offset. */
+/* Whether a plane through the eye and an edge of a convex polygon that faces it has a beam's window beyond, clearly. */
+static int passes_by(const Beam *beam, const Vec *corner, int corners) {
+    for (int i = 0; i < corners; i++) {
+        Vec next = corner[i + 1 == corners ? 0 : i + 1], out = vcross(vsub(corner[i], beam->eye), vsub(next, corner[i]));
+        double slack = 10.0 * THIN * (fabs(out.x) + fabs(out.y) + fabs(out.z));
+        int apart = 1;
+        for (int k = 0; k < beam->window->n && apart; k++) apart = vdot(out, vsub(beam->window->at[k], beam->eye)) > slack;
+        if (apart) return 1;
+    }
+    return 0;
+}
+
+/* A plane from the middle of a scene: its normal, the sizes of that, its offset; each FAN times. */
 typedef struct {
-    float at[7];
+    Row at[7];
 } Side;
 
 /* Pieces whose boxes a beam may meet in a group of the tree, added to `found` from `count` on. */
 static int gather_beam(const Tree *t, int level, int group, const Side *sides, int n, int *found, int count) {
     const Row *box = (const Row *)t->box[level] + (size_t)group * 6;
     Mask alive = (Mask)(box[3] > -1.0f);
-    for (int k = n - 1; k >= 0; k--) { /* the edges first: a beam is narrow */
-        const float *s = sides[k].at;
-        Row top = box[0] * s[0] + box[1] * s[1] + box[2] * s[2] + box[3] * s[3] + box[4] * s[4] + box[5] * s[5];
-        int64_t any[2];
-        alive &= (Mask)(top > s[6]);
-        memcpy(any, &alive, sizeof any);
-        if (!(any[0] | any[1])) return count;
+    for (int k = 0; k < n; k++) { /* few tell alone: no branch */
+        const Row *s = sides[k].at;
+        Row middle = box[0] * s[0] + box[1] * s[1] + box[2] * s[2], half = box[3] * s[3] + box[4] * s[4] + box[5] * s[5];
+        alive &= (Mask)(middle + half > s[6]);
     }
     for (int i = 0; i < FAN; i++) {
-        if (!alive[i]) continue;
-        if (level)
-            count = gather_beam(t, level - 1, FAN * group + i, sides, n, found, count);
-        else
-            found[count++] = FAN * group + i;
+        if (level) {
+            if (alive[i]) count = gather_beam(t, level - 1, FAN * group + i, sides, n, found, count);
+        } else {
+            found[count] = FAN * group + i;
+            count -= alive[i];
+        }
     }
     return count;
 }
@@ -296,7 +308,7 @@ static int all_in_beam(const Tree *t, const Scene *scene, const Beam *beam, int 
         Plane plane = beam->at[k];
         Vec n = plane.normal;
         double at[7] = {n.x, n.y, n.z, fabs(n.x), fabs(n.y), fabs(n.z), -height_over(plane, scene->middle)};
-        for (int i = 0; i < 7; i++) sides[k].at[i] = (float)at[i];
+        for (int i = 0; i < 7; i++) sides[k].at[i] = (Row){0.0f} + (float)at[i];
     }
     return gather_beam(t, t->levels - 1, 0, sides, beam->n, found, 0);
 }
@@ -581,6 +593,7 @@ static void hide_between(Aspect *a, Regions *list, int from, int to, const Polyg
     for (int k = 0; k < found && list->n && !is_worn_out(a); k++) {
         int c = a->near_list[k];
         if (c == from || c == to || scene->patch[c] == scene->patch[to] || height_over(scene->plane[c], eye) <= THIN) continue;
+        if (passes_by(&beam, scene->corner + scene->first[c], scene->first[c + 1] - scene->first[c])) continue;
         Polygon occluder = piece_of(scene, c);
         if (!keep_before(&occluder, scene->plane[from]) || (path && !keep_before(&occluder, scene->plane[to]))) continue;
         if (path) {

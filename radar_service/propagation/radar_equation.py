@@ -10,7 +10,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.diffraction import with_diffraction
 from radar_service.propagation.land_reflection import LandBefore, over_land
-from radar_service.propagation.multipath import TwoRays, two_rays
+from radar_service.propagation.multipath import TwoRays, turned_back, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.antenna import interpolated_gain
 from radar_service.radar.parameters import Radar
@@ -78,4 +78,4 @@ def elevation_gain(radar: Radar, elevation: Floats, tilt_error: Floats | float =
 
 def two_way_phase(distance: Floats, wavelength: float) -> Complexes:
     """exp(-4 pi j R / lambda) (docs/conventions.md; corrects the sign of docs/specification.md eq. 11)."""
-    return np.asarray(np.exp(-4j * np.pi / wavelength * distance))
+    return np.asarray(turned_back(4.0 * np.pi / wavelength * distance), dtype=np.complex128)

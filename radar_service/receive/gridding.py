@@ -19,6 +19,7 @@ from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, S
 Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel positions per sample; the nearest entry errs by 1/16384 sample, below -80 dB of the pulse
 POINTS_PER_CALL = 65_536  # of the kernel: their weights take 5 MB
+MAX_SHORT = 2**15  # rows whose numbers have 16 bits: they sort in a tenth of the time
 MAX_DIRECT_WEIGHTS = 18_000  # of all points on all rows; more are faster together (measured, rows of 1600 to 8064 samples)
 MAX_SHIFTS = (0.002, 0.05, 0.2)  # samples that series of order 0, 1, 2 may move a point: each errs by about -60 dB
 
@@ -91,7 +92,9 @@ def spread(
     row, column: (E,) positions [samples]; amplitude: (E,).
     """
     total = np.zeros(shape, dtype=np.complex64)
-    order = np.argsort(row, kind="stable")  # so that each part is in a band of few rows
+    first, low = np.floor(row), float(np.floor(row.min(initial=0.0)))
+    short = np.int16 if row.max(initial=0.0) - low < MAX_SHORT else np.int64
+    order = np.argsort((first - low).astype(short), kind="stable")  # so that each part is in a band of few rows
     for part in np.array_split(order, max(1, len(order) // POINTS_PER_CALL)) if len(order) else ():
         weights = *rows.weights(row[part]), *columns.weights(column[part])
         taken = *weights, amplitude[part].astype(np.complex128), total.view(np.float32)

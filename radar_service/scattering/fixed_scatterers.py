@@ -134,6 +134,8 @@ class FixedScatterers(ScatteringModel, ABC):
     def _map_at_start(self) -> tuple[Floats, Floats]:
         """Computes `_at_start`."""
         poses = self._poses.at(np.zeros(1))
+        if not (poses.position.any() or poses.heading.any() or poses.rotation):  # on the map already
+            return self._position, self._normal
         position = poses.map_from_bodies(0, self._position, self._body)
         return position, poses.rotated_from_bodies(0, self._normal, self._body)
 
@@ -234,8 +236,8 @@ class DiffuseScattering(FixedScatterers):
         cells, order = MapCells.of(position)
         return RestingPoints(
             cells,
-            position[order],
-            normal[order].astype(np.float32),
+            position.take(order, axis=0),
+            normal.take(order, axis=0).astype(np.float32),
             self._triangle[order].astype(np.int32),
             self._body[order].astype(np.int32),
             self._one_sided[self._body[order]],

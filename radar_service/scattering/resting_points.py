@@ -27,7 +27,8 @@ class MapCells:
         lowest = number.min(axis=0)
         number -= lowest
         cell = number[:, 0] * (number[:, 1].max() + 1) + number[:, 1]
-        order = np.argsort(cell, kind="stable")
+        short = np.int16 if cell.max() < 2**15 else np.int64  # 16 bits sort in a tenth of the time
+        order = np.argsort(cell.astype(short), kind="stable")
         begins = np.flatnonzero(np.diff(cell[order], prepend=-1))
         return cls(np.append(begins, len(order)), (number[order[begins]] + lowest + 0.5) * CELL), order
 

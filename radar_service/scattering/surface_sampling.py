@@ -247,9 +247,11 @@ def _split_counts(count: int) -> tuple[int, int]:
 
 def _patch_heights(mesh: Mesh, normal: Floats, points: _SurfaceSamples, sea: float) -> tuple[Floats, Floats]:
     """Middle heights and vertical extents (M,) [m] of square patches about points, kept within their triangles."""
-    a, b, c = (mesh.vertices[:, 2].take(mesh.faces[:, corner].take(points.triangle)) for corner in range(3))
-    low, high = (np.maximum(end(end(a, b), c), sea) for end in (np.minimum, np.maximum))
-    slope = np.sqrt(np.maximum(0.0, 1.0 - normal[points.triangle, 2] ** 2))
+    begins = np.flatnonzero(np.diff(points.triangle, prepend=-1))  # points of a triangle follow each other
+    face, counts = points.triangle[begins], np.diff(begins, append=len(points.triangle))
+    a, b, c = (mesh.vertices[:, 2].take(mesh.faces[:, corner].take(face)) for corner in range(3))
+    low, high = (np.maximum(end(end(a, b), c), sea).repeat(counts) for end in (np.minimum, np.maximum))
+    slope = np.sqrt(np.maximum(0.0, 1.0 - normal[face, 2] ** 2)).repeat(counts)
     span = np.minimum(np.sqrt(points.area) * slope, high - low)
     return np.clip(points.position[:, 2], low + span / 2.0, high - span / 2.0), span
 

@@ -144,9 +144,10 @@ class OcclusionScene:
                 visible[left[self._occluded_by(occluder, pose, points, origin, left, own)]] = False
         if movers and among is None and self.has_movers:
             left = np.flatnonzero(visible)
-            body, place, triangles = points.body[left], position.take(left, axis=0), self._own_triangles(points, left)
+            body, place = points.body[left], position.take(left, axis=0)
             foot = None if reflection is None else reflection.take(left, axis=0)
-            hidden = self.moving.occluded_surfaces(body, place, distance[left], triangles, foot, antenna, time)
+            args = body, place, distance[left], lambda own: self._own_triangles(points, left[own]), foot, antenna, time
+            hidden = self.moving.occluded_surfaces(*args)
             visible[left] = ~hidden
         return visible
 

@@ -1,6 +1,6 @@
 """The occluders of all bodies that move, and which of them may occlude which points at an instant."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from copy import copy
 from typing import Self
 
@@ -78,7 +78,7 @@ class MovingOccluders:
         key: Indices,
         position: Floats,
         distance: Floats,
-        triangles: tuple[Indices, Indices],
+        triangles: Callable[[Indices], tuple[Indices, Indices]],
         reflection: Floats | None,
         antenna: Floats,
         time: float,
@@ -86,13 +86,13 @@ class MovingOccluders:
         """Which points (E, 3) on surfaces of bodies any of them occludes, their own among these.
 
         key: (E,) indices of the points' bodies in the scene; distance: (E,) along the ground [m]; triangles: first and last
-        (exclusive) one (E,) that never occlude each point; reflection: (E, 3) points of the sea [m], None for the direct ray.
+        (exclusive) one (W,) that never occlude points (W,); reflection: (E, 3) points of the sea [m], None for the direct ray.
         """
         occluded, posed = np.zeros(len(position), dtype=np.bool_), self._posed(antenna, time)
         number = self._number[key]
         own = np.flatnonzero((number >= 0) & self.present(time)[key])
-        origin, triangles = _origins(antenna, reflection, own), (triangles[0][own], triangles[1][own])
-        occluded[own] = posed.self_occluded(number[own], origin, position.take(own, axis=0), triangles)
+        origin = _origins(antenna, reflection, own)
+        occluded[own] = posed.self_occluded(number[own], origin, position.take(own, axis=0), triangles(own))
         left = np.flatnonzero(~occluded)
         straight = reflection is None
         for body, some in self._behind(position.take(left, axis=0), distance[left], antenna, time, straight):

@@ -56,7 +56,7 @@ class Occluder:
     def occludes(self, pose: BodyPose, origin: Floats, points: Floats) -> Flags:
         """Which of `points` (E, 3) of other bodies this one occludes from `origin` (3,) or (E, 3), all on the map [m]."""
         origin, line = self._lines_of_sight(pose, origin, points)
-        near = np.flatnonzero(self._close_to_body(origin, line))
+        near = slice(None) if self._holds(origin) else np.flatnonzero(self._close_to_body(origin, line))
         occluded = np.zeros(len(line), dtype=np.bool_)
         begin, skipped = self._begun_nearby(origin if origin.ndim == 1 else origin[near], line[near])
         occluded[near] = self._scene.occluded(begin, line[near], reach_of(line[near], skipped))
@@ -77,7 +77,13 @@ class Occluder:
 
     def _begun_nearby(self, origin: Floats, line: Floats) -> tuple[Floats, Floats]:
         """`begun_nearby` of lines of sight from an origin (3,), or from one each."""
+        if self._holds(origin):  # the same bytes
+            return origin, np.zeros(len(line))
         return begun_nearby(origin, line, self._scene.centre - origin, self._scene.radius)
+
+    def _holds(self, origin: Floats) -> bool:
+        """Whether all lines of sight begin within the body's bounding sphere, from an origin (3,)."""
+        return origin.ndim == 1 and bool(np.linalg.norm(self._scene.centre - origin) <= self._scene.radius)
 
     def _close_to_body(self, origin: Floats, line: Floats) -> Flags:
         """`passes_by` of lines of sight from an origin (3,), or from one each."""

@@ -138,7 +138,6 @@ def answers(code: str, *words: str) -> list[dict[str, Any]]:
 def test_a_program_is_started_with_the_addresses_and_answers_each_scan(code: str, heard: list[str]) -> None:
     (answer,) = answers(f"import socket, sys\n{code}", "{udp}")
     assert (answer["scan"], [state["track"] for state in answer["tracks"]]) == (3, ["01"]) and heard
-    ttm_child.serve(["no-such-program"], iter(['{"type": "header"}']), io.StringIO())  # a trial start
 
 
 def test_a_program_that_ends_is_told(heard: list[str]) -> None:

@@ -39,7 +39,3 @@ def test_each_scan_is_answered_with_tracks(lines: Iterator[str]) -> None:
 
 def test_without_a_tracker_with_plots(lines: Iterator[str]) -> None:
     assert [line["plots"][0]["east"] for line in answers(None, lines)] == [100.0] * 8
-
-
-def test_a_header_without_video_is_a_trial_start(lines: Iterator[str]) -> None:
-    assert answers("gnn", iter(['{"type": "header"}', "{}"])) == []

@@ -275,10 +275,11 @@ def lattice_between(count: int, corner: Indices, share: Floats, values: Floats, 
     return count
 
 
-def lattice_sums(count: int, begin: int, points: int, corner: Indices, share: Floats, amplitude: Any, total: Any) -> int:
-    some = slice(begin, begin + count)
-    np.add.at(total, corner[:, some], share[:, some] * amplitude)
-    return count
+def lattice_sums(
+    count: int, rows: int, row: Indices, corner: Indices, share: Floats, amplitude: Any, nodes: int, total: Any
+) -> int:
+    np.add.at(total, (row, corner), share * amplitude)
+    return rows
 
 
 WITNESSES: dict[str, Any] = {

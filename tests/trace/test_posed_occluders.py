@@ -40,7 +40,9 @@ def test_many_at_once_occlude_what_each_occludes(by_sea: bool, sway: dict[str, A
     position[:, 2] = np.maximum(position[:, 2], 0.5)
     distance = np.hypot(position[:, 0], position[:, 1])
     foot = reflection_points(position, ANTENNA, earth)[0] if by_sea else None
-    result = made.occluded_surfaces(key, position, distance, (triangle, triangle + 1), foot, ANTENNA, time)
+    result = made.occluded_surfaces(
+        key, position, distance, lambda own: (triangle[own], triangle[own] + 1), foot, ANTENNA, time
+    )
     expected = np.zeros(count, dtype=np.bool_)
     for k, body in enumerate(bodies):
         one, pose, own = Occluder(body.mesh, earth), pose_at(body, time), key == k

@@ -35,6 +35,10 @@ class EdgeLimits(NamedTuple):
 
     def cell(self, distance: Floats) -> Floats:
         """Sizes [m] of the cells at distances (M,) [m], the same throughout half an octave."""
+        if distance.size > 2:
+            ends = self.cell(np.array([distance.min(), distance.max()]))
+            if ends[0] == ends[1]:
+                return np.broadcast_to(ends[:1], distance.shape)
         half_octave = 2.0 ** (np.floor(2.0 * np.log2(np.maximum(distance, NEAREST))) / 2.0)
         widest = min(RANGE_SHARE * self.range_cell, EXTENT_SHARE * self.extent)
         return np.minimum(widest, BEAM_SHARE * self.beamwidth * half_octave)

@@ -69,11 +69,14 @@ class OpticalBody:
         cell = self.limits.cell(legs[0].length(echoes.place))
         lattice = Lattice.over(echoes.place, cell, flattest(legs), water)
         weights, received = over_nodes(legs, lattice, echoes), legs[0].weight(lattice.nodes) ** 2
-        lengths = [leg.length(lattice.nodes) for leg in legs]
-        amplitude, result = echoes.amplitude * self.reflectivity ** (echoes.surfaces / 2.0), []
-        for (out, back), weight in zip(PATHS, weights, strict=False):
-            part = np.where(echoes.ways == out + back, amplitude, 0.0) * weight
-            sums = lattice.sums(slice(len(part)), part) * wave.phasor(-lengths[out] - lengths[back])
+        lengths, result = [leg.length(lattice.nodes) for leg in legs], []
+        amplitude = (
+            echoes.amplitude
+            * self.reflectivity ** (echoes.surfaces / 2.0)
+            * np.choose(echoes.ways, np.broadcast_arrays(echoes.ways, *weights)[1:])
+        )
+        for (out, back), fields in zip(PATHS, lattice.sums(amplitude, echoes.ways, len(weights)), strict=False):
+            sums = fields * wave.phasor(-lengths[out] - lengths[back])
             kept = strongest(np.abs(sums * received))
             result.append(PathCentres(out + back, lattice.nodes[kept], sums[kept]))
         return result

@@ -39,9 +39,9 @@ class Lattice:
         cell: (M,) length and width of the cells [m]; flattest: their maximum height [m]; lowest: height below which no node
         lies [m].
         """
+        if len(cell) and cell.min() == cell.max():
+            return cls(*_lattice(points, float(cell[0]), flattest, lowest))
         sizes = np.unique(cell)
-        if len(sizes) == 1:
-            return cls(*_lattice(points, float(sizes[0]), flattest, lowest))
         members = [np.flatnonzero(cell == size) for size in sizes]
         parts = [_lattice(points[m], float(size), flattest, lowest) for m, size in zip(members, sizes, strict=True)]
         return _joined(parts, members, len(points))
@@ -55,14 +55,11 @@ class Lattice:
             return result
         return np.asarray(np.einsum("ij,ij->j", self.share, values.take(self.corner)))
 
-    def sums(self, which: slice, amplitude: Complexes) -> Complexes:
-        """The sum (N,) at each node of the shares of amplitudes (W,) at points `which`."""
-        total = np.zeros(len(self.nodes), dtype=np.complex128)
-        begin, points = which.indices(self.corner.shape[1])[0], self.corner.shape[1]
-        shares = np.ascontiguousarray(self.corner), np.ascontiguousarray(self.share)
-        KERNELS.lattice_sums(
-            len(amplitude), begin, points, *shares, np.ascontiguousarray(amplitude, dtype=np.complex128), total
-        )
+    def sums(self, amplitude: Complexes, row: Indices, rows: int) -> Complexes:
+        """The sums (rows, N) at each node of the shares of amplitudes (M,), each in its row (M,)."""
+        total = np.zeros((rows, len(self.nodes)), dtype=np.complex128)
+        taken = map(np.ascontiguousarray, (row, self.corner, self.share, np.asarray(amplitude, dtype=np.complex128)))
+        KERNELS.lattice_sums(len(amplitude), rows, *taken, len(self.nodes), total)
         return total
 
 
