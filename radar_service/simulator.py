@@ -5,8 +5,6 @@ from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from radar_service.engine.preparation import Prepared
 from radar_service.errors.reporter import ErrorReporter
 from radar_service.numerics.parallel import BLAS_LIMIT
@@ -31,7 +29,7 @@ from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
-from radar_service.truth.ground_truth import GroundTruth, ship_states
+from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
 from radar_service.world.commands import Command, command_from
 from radar_service.world.error_settings import ErrorSettings
@@ -274,7 +272,7 @@ class Simulator:
     def ship_states(self, times: Sequence[float], names: Sequence[str | None] = (None,)) -> list[ShipStates]:
         """True states of ships at times [s], as commanded then: of bodies by name, of own ship for None; what a radar sees of
         them does not count. Safe to call from another thread. Raises KeyError for a name that no body has."""
-        return ship_states(self._stream.steering.past, np.asarray(times, dtype=np.float64), names)
+        return self._stream.steering.past.ship_states(times, names)
 
     def crossings(self, scan: int | None = None, radiometric: bool = False, count: int = 1) -> tuple[Crossing, ...]:
         """The truth of each time that the boresight met a body in so many scans, by time; by default in the one taken last.

@@ -84,26 +84,6 @@ def test_a_port_in_use_is_named(one_target: Path, capsys: pytest.CaptureFixture[
     assert capsys.readouterr().err.startswith(f"127.0.0.1:{port}: ")
 
 
-@pytest.mark.parametrize(
-    ("arguments", "word"),
-    [
-        (["serve", "--pace", "0"], "pace"), (["serve", "--pace", "nan"], "pace"), (["serve", "--pace", "quick"], "pace"),
-        (["serve", "--port", "70000"], "port"), (["scan", "-o", "x.npz", "--scans", "0"], "scans"),
-        (["scan"], "--out"), (["plan", "--seed", "-1"], "seed"), (["plan", "--fidelity", "best"], "fidelity"),
-        ([], "COMMAND"), (["serve", "--threads", "0"], "threads"), (["scan", "-o", "x.npz", "--threads", "many"], "threads"),
-        (["plan", "--error-db", "0"], "0.01 to 10 dB"), (["scan", "-o", "x.npz", "--error-db", "nan"], "error-db"),
-        (["serve", "--error-db", "1", "--fidelity", "fast"], "not allowed with"),
-        (["plan", "--realtime-factor", "inf"], "realtime-factor"), (["plan", "--realtime-factor", "0"], "above 0"),
-        (["scan", "-o", "x.txt"], '"x.txt" does not end in .npz'), (["scan", "-o", "x"], "npz"),
-        (["scan", "-o", "x.npz", "--png", "x.jpg"], '"x.jpg" does not end in .png'),
-    ],
-)  # fmt: skip
-def test_bad_arguments_are_refused_by_name(arguments: list[str], word: str, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as refused:
-        main(arguments)
-    assert refused.value.code == 2 and word in capsys.readouterr().err
-
-
 def test_a_reader_that_has_gone_ends_a_command_without_a_word(one_target: Path) -> None:
     """As in `radar-service check SCENE | head -0`: the pipe is closed before anything is written."""
     reader, writer = os.pipe()

@@ -39,7 +39,7 @@ def samples(blocks: Iterable[rs.SpokeBlock]) -> str:
 def test_same_seed_same_bytes_whatever_the_block_size(fidelity: str) -> None:
     made = busy()
     whole = samples(rs.Simulator(made, fidelity, seed=7).blocks(scans=2))
-    for size in (1, 7, 16, 90, 1000):
+    for size in (1, 7, 1000):
         assert samples(rs.Simulator(made, fidelity, seed=7).blocks(scans=2, size=size)) == whole
     assert samples(rs.Simulator(made, fidelity, seed=8).blocks(scans=2)) != whole
 

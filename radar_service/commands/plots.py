@@ -16,7 +16,7 @@ from radar_service.plots.thresholds import Threshold
 from radar_service.scans.scan import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending
+from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending, number_between
 from radar_service.terminal.output_files import add_overwrite, prepare, write_file
 from radar_service.terminal.progress import progress
 from radar_service.trace.land_mask import LandMask
@@ -35,8 +35,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_whole_number(parser, "--scans", 10, 1, 10_000, help="revolutions (default 10)")
     choices, usual = ["known", "ca", "os", "marine"], "default marine in sea, rain and land, else ca"
     parser.add_argument("--threshold", choices=choices, help=f"see docs/plots.md ({usual})")
-    parser.add_argument("--pfa", type=_probability, help="false alarms per cell (default 1e-4; of marine 5e-6)")
-    parser.add_argument("--nearest-m", default=0.0, type=_length, metavar="M", help="plots nearer are left out")
+    probability = partial(number_between, lower=0.0, upper=1.0, allowed="a probability between 0 and 1, as 1e-4")
+    length = partial(number_between, lower=0.0, upper=1e6, allowed="a length above 0 m, as 100")
+    parser.add_argument("--pfa", type=probability, help="false alarms per cell (default 1e-4; of marine 5e-6)")
+    parser.add_argument("--nearest-m", default=0.0, type=length, metavar="M", help="plots nearer are left out")
     parser.add_argument("-o", "--out", type=partial(file_ending, suffix=".json"), help="file.json to write")
     parser.add_argument("--png", type=partial(file_ending, suffix=".png"), help="file.png to write: the plots on the PPI")
     add_unit(parser, "--png")
@@ -105,21 +107,3 @@ def table(report: PlotReport) -> str:
 
 def _number(value: float | None) -> str:
     return NEVER if value is None else f"{value:.3g}"
-
-
-def _probability(text: str) -> float:
-    return _between(text, 0.0, 1.0, "a probability between 0 and 1, as 1e-4")
-
-
-def _length(text: str) -> float:
-    return _between(text, 0.0, 1e6, "a length above 0 m, as 100")
-
-
-def _between(text: str, lower: float, upper: float, allowed: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = lower
-    if not lower < value < upper:
-        raise argparse.ArgumentTypeError(f"{text:.40} is not allowed; {allowed}")
-    return value

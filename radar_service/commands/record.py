@@ -86,6 +86,6 @@ def record_scans(
     before: Singles | None = None
     with tqdm(total=scans * simulator.scene.radar.azimuths, unit="spokes", disable=None) as bar:
         for block in simulator.blocks(scans=scans, size=BLOCK):
-            recording.send(SpokeBatch(epoch, number, block, settings.video, before))
+            recording.send(SpokeBatch(epoch, number, block, settings.video, before, errors=simulator.errors))
             number, before = number + len(block), block.power[-1]
             bar.update(len(block))

@@ -3,6 +3,7 @@
 import argparse
 import contextlib
 import errno
+import math
 from pathlib import Path
 
 from radar_service.commands.serve import access_for
@@ -11,7 +12,7 @@ from radar_service.ports.registry import add_ports, opened
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
-from radar_service.terminal.arguments import add_whole_number
+from radar_service.terminal.arguments import add_whole_number, number_between
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,18 +52,13 @@ def run(options: argparse.Namespace) -> int:
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()
         with opened(options) as ports:
-            status = run(
-                options, access, lambda: [[recording] for recording in recordings], refuse, fork_server, ports, ReplayStation
-            )
+            for recording in recordings if any(port.tells_ships for port in ports) else ():
+                recording.make_scene_again(options.recording.parent)
+            scenes = [[recording] for recording in recordings]
+            status = run(options, access, lambda: scenes, refuse, fork_server, ports, ReplayStation)
     return 0 if all(recording.has_ended for recording in recordings) else status
 
 
 def seconds(text: str) -> float:
     """A time of 0 or more [s]. Raises argparse.ArgumentTypeError."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = -1.0
-    if not 0.0 <= value < float("inf"):
-        raise argparse.ArgumentTypeError(f'"{text[:40]}" is not a time of 0 s or more')
-    return value
+    return number_between(text, math.nextafter(0.0, -1.0), math.inf, "a time of 0 s or more")

@@ -126,7 +126,7 @@ typedef int32_t Mask __attribute__((vector_size(4 * FAN), aligned(4), may_alias)
  * middle of the scene, and halves of the sides (3, FAN), a little too large; a half of an empty box is negative. */
 typedef struct {
     int levels;
-    float *box[LEVELS];
+    float *box[LEVELS], *plane; /* plane (4, FAN) of each group of pieces: normals, and offsets from the middle */
 } Tree;
 
 /* Numbers that are kept, as many as MOST_KEPT; place 0 is that of none. */
@@ -208,7 +208,12 @@ static int grow_tree(Tree *t, const Scene *scene) {
     const double middle[3] = {scene->middle.x, scene->middle.y, scene->middle.z}, slack = ROUNDED * scene->radius;
     int n = scene->n, sound = low && high;
     t->levels = 0;
+    t->plane = calloc(4 * every, sizeof *t->plane);
+    sound = sound && t->plane;
     for (int i = 0; sound && i < n; i++) {
+        Plane plane = scene->plane[i];
+        const double at[4] = {plane.normal.x, plane.normal.y, plane.normal.z, -height_over(plane, scene->middle)};
+        for (int k = 0; k < 4; k++) t->plane[(4 * (i / FAN) + k) * FAN + i % FAN] = (float)at[k];
         low[i] = edge;
         high[i] = vscale(edge, -1.0);
         for (int k = scene->first[i]; k < scene->first[i + 1]; k++) include(low + i, high + i, scene->corner[k], scene->corner[k]);
@@ -245,6 +250,7 @@ static int grow_tree(Tree *t, const Scene *scene) {
 
 static void free_tree(Tree *t) {
     for (int l = 0; l < t->levels; l++) free(t->box[l]);
+    free(t->plane);
 }
 
 /* The planes through an eye and the edges of a window, and others: a beam lies above them all. */
@@ -281,7 +287,8 @@ typedef struct {
     Row at[7];
 } Side;
 
-/* Pieces whose boxes a beam may meet in a group of the tree, added to `found` from `count` on. */
+/* Pieces that may face its eye and whose boxes a beam may meet in a group of the tree, added to `found` from `count` on. sides:
+ * n, and one that has the eye in place of a normal. */
 static int gather_beam(const Tree *t, int level, int group, const Side *sides, int n, int *found, int count) {
     const Row *box = (const Row *)t->box[level] + (size_t)group * 6;
     Mask alive = (Mask)(box[3] > -1.0f);
@@ -289,6 +296,10 @@ static int gather_beam(const Tree *t, int level, int group, const Side *sides, i
         const Row *s = sides[k].at;
         Row middle = box[0] * s[0] + box[1] * s[1] + box[2] * s[2], half = box[3] * s[3] + box[4] * s[4] + box[5] * s[5];
         alive &= (Mask)(middle + half > s[6]);
+    }
+    if (!level) {
+        const Row *plane = (const Row *)t->plane + (size_t)group * 4, *eye = sides[n].at;
+        alive &= (Mask)(plane[0] * eye[0] + plane[1] * eye[1] + plane[2] * eye[2] - plane[3] > eye[6]);
     }
     for (int i = 0; i < FAN; i++) {
         if (level) {
@@ -303,11 +314,12 @@ static int gather_beam(const Tree *t, int level, int group, const Side *sides, i
 
 /* All pieces that a beam may meet, in their order. */
 static int all_in_beam(const Tree *t, const Scene *scene, const Beam *beam, int *found) {
-    Side sides[MOST + 2];
-    for (int k = 0; k < beam->n; k++) {
-        Plane plane = beam->at[k];
-        Vec n = plane.normal;
-        double at[7] = {n.x, n.y, n.z, fabs(n.x), fabs(n.y), fabs(n.z), -height_over(plane, scene->middle)};
+    Side sides[MOST + 3];
+    Vec eye = vsub(beam->eye, scene->middle);
+    for (int k = 0; k <= beam->n; k++) {
+        Vec n = k < beam->n ? beam->at[k].normal : eye;
+        double over = k < beam->n ? -height_over(beam->at[k], scene->middle) : -ROUNDED * (scene->radius + size_of(eye));
+        double at[7] = {n.x, n.y, n.z, fabs(n.x), fabs(n.y), fabs(n.z), over};
         for (int i = 0; i < 7; i++) sides[k].at[i] = (Row){0.0f} + (float)at[i];
     }
     return gather_beam(t, t->levels - 1, 0, sides, beam->n, found, 0);

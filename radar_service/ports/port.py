@@ -54,6 +54,7 @@ class Port:
     thread: of the port, which a service gives to it; it counts faults and what is dropped.
     period: of `tick` [s].
     sources: what its sinks need of the sources of cells.
+    tells_ships: whether it tells how ships move, for which a replay makes the scene again.
     codecs: of feeds for its clients, which the feed of each radar encodes.
     refusals: the shapes of its refusals by the beginning of its paths; without one they are `{"detail": [...]}`.
 
@@ -62,6 +63,7 @@ class Port:
 
     name: ClassVar[str]
     delays: ClassVar[bool] = False
+    tells_ships: ClassVar[bool] = False
     thread: PortThread | None = None
     period: float | None = None
     sources: SourceRequest = SourceRequest()

@@ -7,6 +7,7 @@ rounds angles: azimuth_rad, heading_rad and course_rad. Where the power is not t
 scene: at the start of each epoch what is computed, and how; see `scene_record`.
 truth: the lines of a truth file, once a scan.
 commands: those that the spokes of the epoch follow, as JSON with its name, each before the first spokes that know it.
+errors: on purpose, as tables of a scene, where they change.
 ppi: a picture at the end of each scan.
 
 The document of a scene is as its file has it, with the hashes of the files that it names.
@@ -30,6 +31,7 @@ from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.document import model_and_folder, model_at_range, radar_table
+from radar_service.scene_file.error_tables import error_tables
 from radar_service.service.codecs.native import messages
 from radar_service.service.codecs.native.source_fields import source_fields
 from radar_service.service.feed_request import View
@@ -40,6 +42,7 @@ from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
 from radar_service.world.error import SceneError
+from radar_service.world.error_settings import ErrorSettings
 
 FILE_KEYS = ("mesh", "heightmap", "track")  # of a scene, that name a file
 FORMAT = 1  # version of these channels
@@ -61,10 +64,10 @@ def scene_document(scene_request: SceneRequest) -> tuple[dict[str, Any] | None, 
         model = model_at_range(model, scene_request.radar, scene_request.range_m)
     except SceneError:
         return None, {}
-    document: dict[str, Any] = model.model_dump(mode="json", exclude_unset=True)
+    document: dict[str, Any] = model.model_dump(mode="json", by_alias=True, exclude_unset=True)
     if scene_request.rpm is not None:
         radar_table(document, scene_request.radar)["rpm"] = scene_request.rpm
-    return document, {name: _hash(folder, name) for name in sorted(set(_file_names(document)))}
+    return document, {name: file_hash(folder, name) for name in sorted(set(_file_names(document)))}
 
 
 def _file_names(part: Any) -> Iterator[str]:
@@ -78,7 +81,8 @@ def _file_names(part: Any) -> Iterator[str]:
             yield from _file_names(item)
 
 
-def _hash(folder: Path | None, name: str) -> str | None:
+def file_hash(folder: Path | None, name: str) -> str | None:
+    """Returns the SHA-256 of a file that a scene names, None where it cannot be read."""
     try:
         return hashlib.sha256(((folder or Path()) / name).read_bytes()).hexdigest()
     except OSError:
@@ -96,17 +100,21 @@ class RadarRecording:
         self._scene = file.channel(f"/radar/{identity}/scene", "json", scene_schema(bool(recorded)))
         self._truth = file.channel(f"/radar/{identity}/truth", "json", truth_schema())
         self._commands = file.channel(f"/radar/{identity}/commands", "json", COMMAND)
+        self._error_tables = file.channel(
+            f"/radar/{identity}/errors", "json", {"title": "radar_service.Errors", "type": "object"}
+        )
         self._ppi = file.channel(f"/radar/{identity}/ppi", "json", COMPRESSED_IMAGE)
         self._sources = file.channel(f"/radar/{identity}/sources", "msgpack") if recorded else None
         self._offset = self._logged = 0.0
         self._next = self._known = 0  # number of the next spoke; commands of the epoch that are written
+        self._errors: ErrorSettings | None = None
         self._last_scan: LastScan | None = None
 
     def open_epoch(self, radar: RadarInfo) -> None:
         """Begins an epoch. Log times go on where simulated time starts again."""
         epoch, time = radar.epoch, radar.simulated
         self._offset += max(0.0, self._logged - (self._offset + time))
-        self._next = self._known = 0
+        self._next, self._known, self._errors = 0, 0, epoch.info.scene.errors
         self._last_scan = self._last_scan or LastScan(epoch.spoke_source)
         self._last_scan.open_epoch(radar)
         header = self._truth_lines(epoch, None)
@@ -124,6 +132,10 @@ class RadarRecording:
         """Writes spokes, and at the end of a scan its truth and its picture."""
         block = batch.block
         self._write_commands(batch.epoch, float(block.time[0]))
+        if batch.errors != self._errors:
+            self._errors, tables = batch.errors, None if batch.errors is None else error_tables(batch.errors)
+            content = {"epoch": batch.epoch.name, "spoke": block.first, "errors": tables}
+            self._write(self._error_tables, float(block.time[0]), json.dumps(content).encode())
         fields = source_fields(batch, self._view)
         if fields and self._sources:
             self._write(self._sources, float(block.time[-1]), wire.pack(sources_message(batch) | fields))

@@ -60,8 +60,9 @@ class Recording:
         scene = SceneOutline(
             outline["name"], outline["origin"] and tuple(outline["origin"]), outline["body_count"], tuple(outline["warnings"]),
             restored(self.record["radar"]), tuple(outline["notes"]), stream=tuple(outline.get("stream", NO_STREAM)),
+            radar_id=radar, radar_ids=(radar,),
         )  # fmt: skip
-        self.commands = tuple(map(command_from, self._own_commands()))
+        self.commands = tuple(map(command_from, self.own("commands")))
         kept = self.record.get("sources", {"labels": False, "powers": False, "names": []})
         names = {source["number"]: source["name"] for source in kept["names"]}
         sources = SourceList(
@@ -141,12 +142,12 @@ class Recording:
     def close(self) -> None:
         """Releases nothing: no file stays open."""
 
-    def _own_commands(self) -> Iterator[dict[str, Any]]:
-        """The commands of this epoch: its first chunk has those of the epoch before too. Older recordings do not name it."""
-        for message in self._messages("commands", 0.0):
-            command = json.loads(message)
-            if command.pop("epoch", self._epoch.name) == self._epoch.name:
-                yield command
+    def own(self, channel: str) -> Iterator[dict[str, Any]]:
+        """The commands or errors of this epoch: its first chunk has the last one's too. Older recordings do not name it."""
+        for message in self._messages(channel, 0.0):
+            content = json.loads(message)
+            if content.pop("epoch", self._epoch.name) == self._epoch.name:
+                yield content
 
     def _stored(self) -> Iterator[SpokeBlock]:
         """The recorded blocks of this epoch, from the start that was requested."""

@@ -60,7 +60,7 @@ def model_at_range(model: SceneModel, radar_id: str | None, range_m: float | Non
     """
     if range_m is None:
         return model
-    document: dict[str, Any] = model.model_dump(exclude_unset=True)
+    document: dict[str, Any] = model.model_dump(by_alias=True, exclude_unset=True)
     radar_table(document, radar_id)["range_max_m"] = range_m
     return validated(document)
 

@@ -19,6 +19,7 @@ from radar_service.records.spokes import SpokeBlock
 from radar_service.service.scene_request import SceneRequest, cell_layout
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo
 from radar_service.world.commands import CommandLog
+from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.outline import NOT_STEERABLE
 
 NO_COMMANDS = CommandLog(NOT_STEERABLE)
@@ -76,6 +77,7 @@ class SpokeBatch:
     video: the display controls in force.
     before: power (N,) [W] of the spoke before the first one, None where there was none.
     earlier: power (K, N) [W] that the scan before had around each cell, see `ScanMemory`; None without scan correlation.
+    errors: on purpose, in force at these spokes.
     """
 
     epoch: Epoch
@@ -84,6 +86,7 @@ class SpokeBatch:
     video: Controls
     before: Singles | None = None
     earlier: Singles | None = None
+    errors: ErrorSettings | None = None
 
     def __len__(self) -> int:
         return len(self.block)

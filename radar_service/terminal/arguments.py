@@ -43,6 +43,17 @@ def utc(text: str) -> datetime:
     )
 
 
+def number_between(text: str, lower: float, upper: float, allowed: str) -> float:
+    """Returns a number above `lower` and below `upper`. allowed: says which. Raises ArgumentTypeError."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = lower
+    if not lower < value < upper:
+        raise argparse.ArgumentTypeError(f"{text:.40} is not allowed; {allowed}")
+    return value
+
+
 def whole_number(text: str, minimum: int, maximum: int) -> int:
     """Returns a whole number from the command line. Raises ArgumentTypeError outside the limits."""
     with contextlib.suppress(ValueError):

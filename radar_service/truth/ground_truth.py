@@ -1,7 +1,7 @@
 """Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from functools import cached_property
 from itertools import pairwise
 
@@ -12,7 +12,7 @@ from radar_service.numerics.frames import polar_from_map, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import horizon
-from radar_service.records.truth import BodyTruth, ShipStates, Truth
+from radar_service.records.truth import BodyTruth, Truth
 from radar_service.scattering.models import height_over_horizon
 from radar_service.stages.points import observed_offset
 from radar_service.trace.line_of_sight import OcclusionScene
@@ -163,18 +163,6 @@ class GroundTruth:
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
             float(extent), course[0], speed[0],
         )  # fmt: skip
-
-
-def ship_states(scene: Scene, time: Floats, names: Sequence[str | None]) -> list[ShipStates]:
-    """Returns the states at times (K,) [s] of bodies by name, and of own ship for None. Raises KeyError for an unknown name."""
-    bodies = {body.name: body for body in scene.world.bodies}
-    states = []
-    for name in names:
-        motion = scene.own_ship if name is None else bodies[name].motion
-        present = np.ones(len(time), dtype=np.bool_) if name is None else bodies[name].presence.at(time)
-        pose = motion.pose(time)
-        states.append(ShipStates(time, pose.position, pose.velocity, pose.heading, motion.turn_rate(time), present))
-    return states
 
 
 def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | tuple[list[None], list[None]]:

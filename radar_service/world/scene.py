@@ -15,6 +15,7 @@ from radar_service.numerics.random import name_key
 from radar_service.numerics.result_cache import STEADY, Revision
 from radar_service.numerics.types import Flags, Floats
 from radar_service.radar.parameters import FIRST_ID, Radar, horizon, max_rpm
+from radar_service.records.truth import ShipStates
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
@@ -128,6 +129,17 @@ class Scene:
     def own_ship(self) -> Motion:
         """Motion of the platform."""
         return self.platform.motion
+
+    def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
+        """Returns the states at times (K,) [s] of bodies by name, of own ship for None. Raises KeyError for an unknown name."""
+        bodies, time = {body.name: body for body in self.world.bodies}, np.asarray(times, dtype=np.float64)
+        states = []
+        for name in names:
+            motion = self.own_ship if name is None else bodies[name].motion
+            present = np.ones(len(time), dtype=np.bool_) if name is None else bodies[name].presence.at(time)
+            pose = motion.pose(time)
+            states.append(ShipStates(time, pose.position, pose.velocity, pose.heading, motion.turn_rate(time), present))
+        return states
 
     @property
     def radar_ids(self) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, TARGETS, box, ech
 pytestmark = BROWSER
 
 
-@pytest.mark.sample(5)
+@pytest.mark.sample(3)
 @pytest.mark.parametrize(
     ("renderer", "orientation", "heading_deg"),
     list(product(("webgl", "canvas"), ("north-up", "head-up"), (0.0, 70.0))),

@@ -66,14 +66,6 @@ def test_wrong_input_is_one_sentence(
     assert message in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("wrong", [["--scans", "39"], ["--ranges", "1"], []])
-def test_wrong_values_are_refused(wrong: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Fewer than 40 scans, a single range, and no folder."""
-    with pytest.raises(SystemExit):
-        main(["bench-detection", *wrong])
-    assert "error" in capsys.readouterr().err
-
-
 def test_bench_detection_has_a_default_scenario() -> None:
     options = parser().parse_args(["bench-detection", "-o", "out"])
     assert (options.scenario, options.scans, options.ranges, str(options.out)) == ("msc192-table2", 100, 16, "out")

@@ -58,9 +58,3 @@ def test_wrong_input_is_one_sentence(
 def test_defaults_and_values() -> None:
     options = parser().parse_args(["bench-ladder", "clutter", "-o", "out", "--tracker", "a", "--tracker", "b"])
     assert (options.ladders, options.seeds, options.trackers, str(options.out)) == (["clutter"], 20, ["a", "b"], "out")
-
-
-@pytest.mark.parametrize("wrong", [["--seeds", "1"], ["--jobs", "0"]])
-def test_wrong_values_are_refused(wrong: list[str]) -> None:
-    with pytest.raises(SystemExit):
-        parser().parse_args(["bench-ladder", *wrong])

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from radar_service import plug_ins
+from radar_service.__main__ import main
 from radar_service.commands import command_line
 from radar_service.commands.command_line import module_of, parser
 from radar_service.commands.shared_options import DEFAULT_SCENE
@@ -70,12 +71,28 @@ def test_the_options_of_serve_are_in_groups_with_two_examples(capsys: pytest.Cap
 
 
 @pytest.mark.parametrize(
-    "arguments", [[], ["fly"], ["scan"], ["scan", "-o", "a.txt"], ["serve", "--pace", "0"], ["record", "a"]]
-)
-def test_wrong_input_ends_with_status_2(arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit) as ended:
-        parser().parse_args(arguments)
-    assert ended.value.code == 2 and "usage:" in capsys.readouterr().err
+    ("line", "word"),
+    [
+        ("", "COMMAND"), ("fly", "invalid choice: 'fly'"), ("scan", "--out"), ("scan -o x", "npz"),
+        ("scan -o x.txt", '"x.txt" does not end in .npz'), ("scan -o x.npz --png x.jpg", '"x.jpg" does not end in .png'),
+        ("scan -o x.npz --truth x.json", ".jsonl"), ("scan -o x.npz --truth x", ".jsonl"), ("scan -o x.npz --scans 0", "scans"),
+        ("scan -o x.npz --threads many", "threads"), ("scan -o x.npz --error-db nan", "error-db"),
+        ("plan --seed -1", "seed"), ("plan --fidelity best", "fidelity"), ("plan --error-db 0", "0.01 to 10 dB"),
+        ("plan --realtime-factor inf", "realtime-factor"), ("plan --realtime-factor 0", "above 0"),
+        ("serve --pace 0", "pace"), ("serve --pace nan", "pace"), ("serve --pace quick", "pace"), ("serve --port 70000", "port"),
+        ("serve --threads 0", "threads"), ("serve --error-db 1 --fidelity fast", "not allowed with"),
+        ("serve --record a", "mcap"), ("record x", "--out"), ("record x -o a.npz", "mcap"),
+        ("bench-detection -o x --scans 39", "scans"),
+        ("bench-detection -o x --ranges 1", "ranges"), ("bench-detection", "--out"), ("bench-ladder --seeds 1", "seeds"),
+        ("bench-ladder --jobs 0", "jobs"), ("bench-tracker --seeds 0", "seeds"), ("bench-tracker --jobs 0", "jobs"),
+        ("bench-tracker --compare one.json", "compare"),
+    ],
+)  # fmt: skip
+def test_bad_arguments_are_refused_by_name(line: str, word: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as refused:
+        main(line.split())
+    told = capsys.readouterr().err
+    assert refused.value.code == 2 and word in told and "usage:" in told
 
 
 def test_the_arguments_of_one_command_are_those_that_it_has_among_all() -> None:

@@ -92,5 +92,5 @@ def test_what_it_takes() -> None:
 def test_a_time_is_a_number_from_0() -> None:
     assert seconds("0") == 0.0 and seconds("1e3") == 1000.0
     for text in ("-1", "nan", "inf", "soon"):
-        with pytest.raises(argparse.ArgumentTypeError, match=f'"{text}" is not a time of 0 s or more'):
+        with pytest.raises(argparse.ArgumentTypeError, match=f"{text} is not allowed; a time of 0 s or more"):
             seconds(text)

@@ -40,13 +40,6 @@ def test_scan_shows_no_bar_where_there_is_no_terminal(
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize("name", ["truth.json", "truth"])
-def test_another_ending_is_refused(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    with pytest.raises(SystemExit):
-        main(["scan", "open-sea", "-o", str(tmp_path / "s.npz"), "--truth", str(tmp_path / name)])
-    assert ".jsonl" in capsys.readouterr().err
-
-
 def test_labels_are_written_with_their_names_and_read_again(one_target: Path, tmp_path: Path) -> None:
     out = tmp_path / "scans.npz"
     assert main(["scan", str(one_target), "-o", str(out), "--scans", "2", "--labels"]) == 0

@@ -2,24 +2,31 @@
 
 import json
 from dataclasses import replace
+from datetime import UTC, datetime
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from radar_service import wire
 from radar_service.commands.record import record_scans
+from radar_service.ports.ais.ais_port import AisPort
+from radar_service.ports.nmea.nmea_port import NmeaPort
+from radar_service.ports.recorder.service_recorder import RecordingSink
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.recording.replay_station import ReplaySpokeSource, ReplayStation, refuse
 from radar_service.scene_file.load import load_scene
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.simulator import Simulator
+from radar_service.terminal.arguments import UsageError
 from radar_service.world.commands import CommandError
 from tests.ports.asgi import Closed
+from tests.ports.kept import Kept
 from tests.ports.playing import playing
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, spokes_of
 from tests.service.in_process import InProcess
@@ -154,3 +161,66 @@ async def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered
         socket = await server.feed("?mode=lossless&encoding=f32")
         got = [await socket.raw() for _ in range(3 * AZIMUTHS // 32 + 1)]
     assert [spoke["number"] for spoke in spokes_of(got)] == list(range(3 * AZIMUTHS))
+
+
+SHIPS: dict[str, Any] = {
+    **MOVING, "environment": {"current_kn": 2, "current_to_deg": 70},
+    "ais": {"latency_s": 1.3, "loss_percent": 20, "position_error_m": 5},
+    "own_ship": {**MOVING["own_ship"], "mmsi": 235000001, "gnss_offset_m": [2, 30], "steerable": {}},
+    "errors": {"profile": "imo-2004", "gyro": {"noise_deg": 0.3, "latency_s": 0.4}, "position": {"noise_m": 4, "latency_s": 0.7}},
+    "body": [{**MOVING["body"][0], "mmsi": 235000002, "steerable": {}},
+             {**MOVING["body"][1], "mmsi": 235000003, "ais": {"class": "B-SO"}}],
+}  # fmt: skip
+
+
+async def sentences(station: Station, begin: int, end: int) -> list[list[bytes]]:
+    """What the ports of NMEA and AIS send from one tenth of a second to another."""
+    service: Any = SimpleNamespace(stations=Stations([station]))
+    kept = Kept(), Kept()
+    for port in (NmeaPort([kept[0]]), AisPort([kept[1]])):
+        port.check(service.stations)
+        port.begins = begin / 10
+        await port.start(service)
+        for tenth in range(begin, end):
+            port.tick("0", tenth / 10)
+    return [sender.pieces for sender in kept]
+
+
+async def test_nmea_and_ais_of_a_replay_are_those_of_the_live_radar(tmp_path: Path) -> None:
+    """With commands to two ships, sensor errors that change, lost AIS reports; also from the middle on."""
+    with RecordingFile(path := tmp_path / "live.mcap") as file:
+        recording = RadarRecording(file, "0", False)
+        sink = RecordingSink(lambda: recording, lambda work: work.do())
+        options: dict[str, Any] = {"settings": FAST, "start_utc": datetime(2026, 12, 31, 23, 59, tzinfo=UTC)}
+        live = Station("0", InProcess(SceneRequest(SHIPS), "fast", SEED), refuse, wait_for=1, sinks=[sink], **options)
+        async with playing(live) as server:
+            socket = await server.feed("?mode=lossless&bins=1")
+            changes = {"own-ship": {"course_deg": 250}, "errors": {"gyro": {"bias_deg": 5}}, "bodies/a": {"speed_kn": 9}}
+            for path_of, values in changes.items():
+                await socket.spokes(4 * AZIMUTHS)
+                assert (await server.http.patch(f"/api/radars/0/{path_of}", json=values)).status_code == 200
+            await socket.spokes(4 * AZIMUTHS)
+            await live.stop()
+        end = int(live.transmitter.state.simulated * 10)
+        sent = await sentences(live, 0, end)
+    (source := ReplaySpokeSource(path)).make_scene_again(tmp_path)
+    again = ReplayStation("0", source, refuse, **options)
+    reports = [line.split(b",") for line in sent[1] if line.startswith(b"!AIVDM,1,")]
+    assert {fields[4] for fields in reports if fields[5].startswith(b"1")} == {b"A", b"B"}  # of a class A position
+    assert min(map(len, sent)) > 30 and await sentences(again, 0, end) == sent
+    for late, whole in zip(await sentences(again, 145, end), sent, strict=True):
+        assert len(late) > 10 and whole[-len(late) :] == late
+
+
+def test_what_a_recording_cannot_tell_is_refused(recording: Path) -> None:
+    source = ReplaySpokeSource(recording)
+    source.record = {**source.record, "files": {"a.obj": "0"}}
+    source.make_scene_again(recording.parent)
+    stations = {"0": ReplayStation("0", source, refuse, settings=FAST)}
+    with pytest.raises(
+        UsageError,
+        match="--ais-tcp, --ais-udp: the recorded scene cannot be built again: files: a.obj is not as recorded; copy",
+    ):
+        AisPort([]).check(stations)
+    with pytest.raises(UsageError, match="--nmea-truth: a recording has the truth of beam crossings"):
+        NmeaPort([], tells_truth=True).check({"0": replayed(recording)})

@@ -17,7 +17,6 @@ from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.scene_process_main import scene_of
 from radar_service.service.scene_request import SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
-from radar_service.truth.ground_truth import ship_states
 from radar_service.world.commands import Command
 from radar_service.world.outline import outline_of
 from radar_service.world.scene import Scene, scene_at_rpm
@@ -172,7 +171,7 @@ class FakeEngine:
         return Truth(t, own, (replace(own, name="buoy"),))
 
     def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
-        return ship_states(self.scene, np.asarray(times, dtype=np.float64), names)
+        return self.scene.ship_states(times, names)
 
     def crossings(self, scan: int | None = None, radiometric: bool = False) -> tuple[Crossing, ...]:
         """Two in each scan: between the spokes 8 and 9, and 16 and 17; with an SNR of 20 dB where that is asked for."""

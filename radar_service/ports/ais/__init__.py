@@ -9,6 +9,8 @@ from radar_service.ports.nmea import add_senders, opened_senders
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
 
+replays = True
+
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
     """Adds the options of AIS."""

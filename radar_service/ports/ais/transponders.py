@@ -2,6 +2,7 @@
 
 import heapq
 import itertools
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import timedelta
@@ -44,13 +45,14 @@ class Position:
 class AisReport:
     """What one transponder sends. is_own: that of own ship; position: None, where it sends or others receive none.
 
-    static: which of its static messages are received, by their numbers; none where it sends none.
+    number: rises by one, for the channel. static: which static messages are received, by their numbers; none where it sends none.
     """
 
     ship: AisShip
     is_own: bool
     position: Position | None
     static: tuple[int, ...] = ()
+    number: int = 0
 
 
 STATIC_MESSAGES = 2  # of a class B station; class A has one
@@ -59,22 +61,23 @@ STATIC_MESSAGES = 2  # of a class B station; class A has one
 class Transponders:
     """The reports of all transponders of the scene that a radar runs.
 
-    A state is that of a whole second of UTC; it is sent in a later slot of that second, or after the latency.
+    A state is that of a whole second of UTC; it is sent in a later slot of that second, or after the latency. Reports depend
+    on all seconds from 0 on, so those that are too late are counted and not sent.
     """
 
     def __init__(self) -> None:
-        self._last = -1  # tenth of a second up to which was sent
+        self._last = -1
         self._begin(Ais(), 0)
 
-    def due(self, station: Station, time: float) -> list[AisReport]:
-        """Returns what is sent from the time of the last call up to `time` [s of simulation], in order."""
+    def due(self, station: Station, time: float, begins: float = 0.0) -> list[AisReport]:
+        """Returns what is sent from the time of the last call, or `begins`, up to `time` [s of simulation], in order."""
         known = station.epoch.info
         if known.scene.ais != self._ais or time * TENTHS < self._last:
             self._begin(known.scene.ais, known.seed)
-        due = self._schedule.due(time)
+        due = self._schedule.due(time, begins)
         seconds = [instant // TENTHS for instant, is_second in due if is_second]
         try:
-            self._sample(station, seconds)
+            self._sample(station, seconds, due[0][0] if due else 0)
         except SpokeSourceFault:  # its process is being replaced: the next call makes up for it
             self._schedule.missed(due[0][0])
             return []
@@ -87,50 +90,55 @@ class Transponders:
     def _begin(self, ais: Ais, seed: int) -> None:
         """Begins with the transponders of a scene."""
         self._ais, self._seed, self._schedule = ais, seed, SentenceSchedule()
-        self._last = -1
+        self._last = -1  # tenth of a second up to which was sent
         self._reporting = {ship.mmsi: Reporting(ship, seed) for ship in ais.ships}
         self._waiting: list[tuple[int, int, AisReport]] = []  # tenth of a second, number, report
-        self._numbers = itertools.count()
+        self._numbers, self._sent = itertools.count(), Counter[int]()  # the second one by mmsi
         self._sampled = -1
 
-    def _sample(self, station: Station, seconds: Sequence[int]) -> None:
-        """Takes the states of whole seconds; of a second that stands, own ship's alone."""
+    def _sample(self, station: Station, seconds: Sequence[int], since: int) -> None:
+        """Takes the states of whole seconds; of a second that stands, own ship's alone. since: first tenth of a second."""
         own = station.epoch.info.scene.steerable.own_ship
         around = [ship for ship in self._ais.ships if ship.body != own]
-        fresh = [second for second in seconds if second > self._sampled]
-        source = station.epoch.spoke_source
-        if around and fresh and isinstance(source, TellsShips):
+        fresh = range(self._sampled + 1, max(seconds, default=-1) + 1)
+        if not isinstance(source := station.epoch.spoke_source, TellsShips):
+            return
+        if around and fresh:
             states = source.ship_states([float(second) for second in fresh], [ship.body for ship in around])
             for k, second in enumerate(fresh):
                 for ship, state in zip(around, states, strict=True):
-                    self._report(station, ship, state, k, second)
+                    self._report(station, ship, state, k, second, since)
         for ship in self._ais.ships:
             if ship.body == own and seconds:
-                self._report_own(station, ship, seconds)
+                self._report_own(station, ship, seconds, fresh)
         self._sampled = max(self._sampled, *seconds, -1)
 
-    def _report(self, station: Station, ship: AisShip, states: ShipStates, k: int, second: int) -> None:
+    def _report(self, station: Station, ship: AisShip, states: ShipStates, k: int, second: int, since: int) -> None:
         """Sends the reports of a second that are due and not lost."""
         reporting, settings = self._reporting[ship.mmsi], self._ais.settings
         speed, turn_rate = float(np.hypot(*states.velocity[k, :2])), float(states.turn_rate[k])
         moves, is_static = reporting.is_due(second, speed, turn_rate), reporting.is_static_due(second)
         if not (moves or is_static) or not states.present[k] or ship.is_silent(float(second)):
             return
+        self._sent[ship.mmsi] += 1
+        if (instant := second * TENTHS + reporting.slot + round(settings.latency * TENTHS)) < since:
+            return
         rng = generator(self._seed, name_key("ais"), ship.mmsi, second)
         error, received = settings.position_error * rng.standard_normal(2), rng.random(3) >= settings.loss
         position = _position(station, ship, states, k, error) if moves and received[0] else None
         static = tuple(number for number in range(STATIC_MESSAGES) if is_static and received[moves + number])
-        instant = second * TENTHS + reporting.slot + round(settings.latency * TENTHS)
         if position or static:
-            self._put(instant, AisReport(ship, False, position, static))
+            self._put(instant, AisReport(ship, False, position, static, self._sent[ship.mmsi]))
 
-    def _report_own(self, station: Station, ship: AisShip, seconds: Sequence[int]) -> None:
-        """Sends own ship's reports: its position each second, as its sensors report it."""
-        for own in own_reports(station, [float(second) for second in seconds], ship.antenna):
-            second = round((own.utc - station.start_utc).total_seconds())
+    def _report_own(self, station: Station, ship: AisShip, seconds: Sequence[int], fresh: Sequence[int]) -> None:
+        """Sends own ship's reports: its position each second, as its sensors report it. fresh: seconds not sampled before."""
+        reports = own_reports(station, [float(second) for second in seconds], ship.antenna)
+        reporting = self._reporting[ship.mmsi]
+        static = [second for second in fresh if not ship.is_silent(float(second)) and reporting.is_static_due(second)]
+        for second, own in zip(seconds, reports, strict=True):
             if not ship.is_silent(float(second)):
-                static = tuple(range(STATIC_MESSAGES)) if self._reporting[ship.mmsi].is_static_due(second) else ()
-                self._put(second * TENTHS, AisReport(ship, True, _own_position(ship, own), static))
+                parts = tuple(range(STATIC_MESSAGES)) if second in static else ()
+                self._put(second * TENTHS, AisReport(ship, True, _own_position(ship, own), parts, second))
 
     def _put(self, instant: int, report: AisReport) -> None:
         heapq.heappush(self._waiting, (instant, next(self._numbers), report))

@@ -5,12 +5,14 @@ import contextlib
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from radar_service.ports.udp.addresses import Address, address, check_reach, numeric
+from radar_service.ports.udp.addresses import address, check_reach, numeric
 from radar_service.terminal.arguments import UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
     from radar_service.ports.udp.udp_port import Sender
+
+replays = True
 
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
@@ -54,10 +56,8 @@ def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
     from radar_service.ports.udp.capture import capture_of
     from radar_service.ports.udp.sender import UdpSender
 
-    def udp(option: str, where: Address, _: list[str] | None) -> UdpSender:
-        return UdpSender(option, where, capture=capture_of(options))
-
-    return opened_sockets(options, (f"--{name}-tcp", TcpSender, True), (f"--{name}-udp", udp, False))
+    udp = f"--{name}-udp", lambda option, where, _: UdpSender(option, where, capture=capture_of(options)), False
+    return opened_sockets(options, (f"--{name}-tcp", TcpSender, True), udp)
 
 
 def opened_sockets(options: argparse.Namespace, *makes: "tuple[str, Callable[..., Any], bool]") -> list[Any]:

@@ -1,15 +1,16 @@
 """The port of NMEA 0183: own ship's sensors as sentences, by TCP and UDP."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import timedelta
 
 from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
 from radar_service.ports.nmea.targets import target_sentences
-from radar_service.ports.udp.udp_port import OneRadarPort, Sender
+from radar_service.ports.udp.udp_port import OneRadarPort, Sender, station_of
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
+from radar_service.terminal.arguments import UsageError
 
 TENTHS = 10  # instants a second: of the fastest sentence
 MAX_LATE = 10 * TENTHS  # instants that are made up for: after a longer leap of time the older ones are left out
@@ -22,8 +23,8 @@ class SentenceSchedule:
     def __init__(self) -> None:
         self._last, self._time, self._stood = -1, -math.inf, 0
 
-    def due(self, time: float) -> list[tuple[int, bool]]:
-        """Returns the instants up to `time` [s] that are due, in tenths of a second, and whether those of whole seconds are.
+    def due(self, time: float, begins: float = 0.0) -> list[tuple[int, bool]]:
+        """Returns the instants from `begins` to `time` [s] that are due, in tenths of a second, and whether those of seconds are.
 
         While the time stands, the last one comes again with each call, and with each tenth call that of its second.
         """
@@ -33,7 +34,7 @@ class SentenceSchedule:
             return [(now, self._stood % TENTHS == 0)]
         if time < self._time:  # another scene
             self._last = -1
-        first = max(self._last + 1, now - MAX_LATE + 1)
+        first = max(self._last + 1, now - MAX_LATE + 1, math.ceil(begins * TENTHS - ROUNDING))
         self._last, self._time, self._stood = now, time, 0
         return [(instant, instant % TENTHS == 0) for instant in range(first, now + 1)]
 
@@ -44,12 +45,23 @@ class SentenceSchedule:
 
 
 class SenderPort(OneRadarPort):
-    """A port that sends sentences about the ship that carries one radar."""
+    """A port that sends sentences about the ship that carries one radar.
 
-    period = 1.0 / TENTHS
+    begins: time of the first ones [s]; needs: options by what they need of the radar, as `Station.lacks` has it.
+    """
+
+    period, tells_ships, begins = 1.0 / TENTHS, True, 0.0
 
     def __init__(self, senders: Sequence[Sender], radar: str | None = None) -> None:
         super().__init__(senders, "--nmea-of", radar)
+        self.needs = {"ships": f"--{self.name}-tcp, --{self.name}-udp"}
+
+    def check(self, stations: Mapping[str, Station]) -> None:
+        """Raises UsageError also where a replay lacks what sentences need."""
+        station = station_of("--nmea-of", stations, self._radar)
+        self.begins = station.transmitter.state.simulated
+        for what in self.needs.keys() & station.lacks:
+            raise UsageError(f"{self.needs[what]}: {station.lacks[what]}")
 
 
 class NmeaPort(SenderPort):
@@ -61,12 +73,13 @@ class NmeaPort(SenderPort):
         """tells_truth: whether bodies in sight are sent as targets, too."""
         super().__init__(senders, radar)
         self._tells_truth, self._schedule = tells_truth, SentenceSchedule()
+        self.needs |= {"truth": "--nmea-truth"} if tells_truth else {}
 
     def tick(self, radar: str, time: float) -> None:
         """Sends the sentences that are due."""
         if not self.is_of(radar) or (station := self.station) is None:
             return
-        due = self._schedule.due(time)
+        due = self._schedule.due(time, self.begins)
         try:
             lines = self._sentences(station, due) if due else []
         except SpokeSourceFault:  # its process is being replaced: the next tick makes up for it

@@ -17,7 +17,7 @@ from radar_service.records.truth import ShipStates
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
 from radar_service.world.geo import geographic_from_map, true_bearing
-from radar_service.world.stream import Stream
+from radar_service.world.outline import SceneOutline
 
 
 @dataclass(frozen=True)
@@ -62,22 +62,21 @@ def spoke_before(radar: Radar, time: float) -> Indices:
 
 
 def report(
-    start: datetime, states: ShipStates, k: int, origin: tuple[float, float] | None, stream: Stream, reported: Readings,
-    antenna: tuple[float, float] = (0.0, 0.0),
-) -> OwnShipReport:  # fmt: skip
+    start: datetime, states: ShipStates, k: int, scene: SceneOutline, reported: Readings, antenna: tuple[float, float]
+) -> OwnShipReport:
     """Returns own ship at instant k. reported: readings (1,) with the errors of its sensors; antenna: of the position, starboard
     and forward [m]."""
     true = readings_of(states)
     speed, log_error = float(reported.speed[0]), float(reported.speed[0] - true.speed[k])
     position, angles = None, np.array([reported.heading[0], reported.course[0]])
-    if origin is not None:
+    if (origin := scene.origin) is not None:
         angles = np.where(np.isnan(angles), np.nan, true_bearing(angles, states.position[k], origin))
         cos, sin = math.cos(states.heading[k]), math.sin(states.heading[k])
         offset = [cos * antenna[0] + sin * antenna[1], cos * antenna[1] - sin * antenna[0]]
         latitude, longitude = geographic_from_map(reported.position[0] + offset, origin).tolist()
         position = latitude, longitude
     velocity, bow = states.velocity[k, :2], float(states.heading[k])
-    water = _ahead_and_aside(velocity - stream, bow, log_error)
+    water = _ahead_and_aside(velocity - scene.stream, bow, log_error)
     ground = _ahead_and_aside(velocity, bow, log_error)
     utc = start + timedelta(seconds=float(states.time[k]))
     heading, course = (None if math.isnan(angle) else angle for angle in angles.tolist())
@@ -98,16 +97,13 @@ def own_reports(station: Station, times: Sequence[float], antenna: tuple[float, 
     """
     scene, source = station.epoch.info.scene, station.epoch.spoke_source
     assert isinstance(source, TellsShips)
-    laws = [station.errors.laws_at(time) for time in times]
-    needed = [times_needed(law, scene.radar, [time]) for law, time in zip(laws, times, strict=True)]
-    earlier_times = np.unique(np.concatenate([*needed, np.zeros(0)]))
+    laws = [station.sensor_laws(int(spoke_before(scene.radar, time)[0])) for time in times]
+    of_latency = [(time, latency) for law, time in zip(laws, times, strict=True) if law for latency in law.latencies]
+    earlier_times = np.unique([delayed_times(scene.radar, *each)[0] for each in of_latency])
     (states,) = source.ship_states(times, [None])
     earlier = source.ship_states(earlier_times.tolist(), [None])[0] if len(earlier_times) else None
     readings = [as_reported(law, scene.radar, states, k, earlier) for k, law in enumerate(laws)]
-    return [
-        report(station.start_utc, states, k, scene.origin, scene.stream, reported, antenna)
-        for k, reported in enumerate(readings)
-    ]
+    return [report(station.start_utc, states, k, scene, reported, antenna) for k, reported in enumerate(readings)]
 
 
 def fast_sentences(own: OwnShipReport) -> list[bytes]:
@@ -129,8 +125,7 @@ def slow_sentences(own: OwnShipReport) -> list[bytes]:
 
 
 def as_reported(laws: SensorLaws | None, radar: Radar, states: ShipStates, k: int, earlier: ShipStates | None) -> Readings:
-    """Returns the readings (1,) of instant k with the errors of sensors. earlier: at the times that `times_needed`
-    gives."""
+    """Returns the readings (1,) of instant k with the errors of sensors. earlier: of sensors with a latency, by time."""
     true = readings_of(states).part(slice(k, k + 1))
     if laws is None:
         return true
@@ -142,10 +137,3 @@ def as_reported(laws: SensorLaws | None, radar: Radar, states: ShipStates, k: in
         return readings_of(earlier).part(np.searchsorted(earlier.time, delayed))
 
     return laws.reported(number, time, true, before)
-
-
-def times_needed(laws: SensorLaws | None, radar: Radar, times: Sequence[float]) -> Floats:
-    """Returns the times (T,) [s], rising, of which sensors with a latency tell at some times [s]."""
-    latencies = () if laws is None else laws.latencies
-    parts = [delayed_times(radar, time, latency) for time in times for latency in latencies]
-    return np.unique(np.concatenate(parts)) if parts else np.zeros(0)

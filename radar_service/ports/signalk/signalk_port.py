@@ -45,7 +45,7 @@ REPEAT = 10  # ticks: own ship is told each second, unchanged too, as plotters d
 class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
-    name, period = "signalk", 0.1
+    name, period, tells_ships = "signalk", 0.1, True
     refusals, codecs = MappingProxyType({"/signalk": report}), (SignalKCodec(),)
 
     def __init__(

@@ -72,11 +72,11 @@ class ErrorStage(SinkGroup):
         with self._lock:
             if batch.epoch.spoke_source not in self._reports:  # it continues the run of one that has failed
                 self._keep(batch.epoch.spoke_source, self._running)
-            sent = self._running.sent(batch.block)
+            sent, errors = self._running.sent(batch.block), self.errors
         for block in sent:
-            same = block is batch.block and batch.first == self._number
+            same = block is batch.block and batch.first == self._number and errors is None
             before = batch.before if block.first == batch.block.first else _power_before(block, batch.block)
-            passed = batch if same else replace(batch, first=self._number, block=block, before=before)
+            passed = batch if same else replace(batch, first=self._number, block=block, before=before, errors=errors)
             self._number += len(block)  # also where a sink fails: the number is used, and the feed announces its loss
             super().send(passed)
 
@@ -86,10 +86,10 @@ class ErrorStage(SinkGroup):
         first, self._number = self._number, self._number + count
         super().skip(epoch, first, count, reason)
 
-    def laws_at(self, time: float) -> "SensorLaws | None":
-        """Returns the laws of own ship's sensors at a time [s]; None where no errors are in force."""
+    def laws_at(self, number: int) -> "SensorLaws | None":
+        """Returns the laws of own ship's sensors at a spoke; None where no errors are in force."""
         with self._lock:
-            return self._running.laws_at(time)
+            return self._running.laws_at(number)
 
     def completed(self, spoke_source: SpokeSource, line: TruthLine) -> str:
         """Returns a line of the truth of spokes that were sent, with what was reported and what happened to the spokes."""
@@ -135,8 +135,7 @@ class _Reports:
         if self._reporter is not None:
             self._reporter.set(errors, self._next)
 
-    def laws_at(self, time: float) -> "SensorLaws | None":
-        number = max(0, math.floor(self._radar.spokes_at(time)))
+    def laws_at(self, number: int) -> "SensorLaws | None":
         return None if self._reporter is None else self._reporter.laws_at(number)
 
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:

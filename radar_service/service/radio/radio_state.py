@@ -210,14 +210,14 @@ class RadioState:
     number: of the next spoke in this epoch; sent: spokes since the start; simulated: time of the next spoke [s].
     """
 
-    def __init__(self, radar: Radar, range_max: float | None, restarts: int = RESTARTS) -> None:
-        """range_max: of the first epoch [m]; restarts: allowed within RESTART_WINDOW."""
+    def __init__(self, radar: Radar, range_max: float | None, restarts: int = RESTARTS, begins: float = 0.0) -> None:
+        """range_max: of the first epoch [m]; restarts: allowed within RESTART_WINDOW; begins: time of the first spoke [s]."""
         self.now, self.reason, self.restarts = State.SENDING, "", 0
         self.fault: str | None = None
         self.radar = radar
         self.block: SpokeBlock | None = None
         self.unsent, self.newest = 0, -math.inf
-        self.number, self.sent, self.simulated = 0, 0, 0.0
+        self.number, self.sent, self.simulated = 0, 0, begins
         self._range, self._limit = range_max, restarts
         self._pace = CommandPace()
         self._failures: list[float] = []  # times within RESTART_WINDOW

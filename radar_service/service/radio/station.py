@@ -51,6 +51,8 @@ class Station:
     feed: encodes for them.
     last_scan: for pictures.
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
+    sensor_laws: of own ship, in force at a spoke; of a replay those of the recorded run.
+    lacks: why a replay does not tell `ships` between spokes, or the `truth` of every instant.
     truth_stream: sends the truth of beam crossings, where `allow_truth` says so.
     transmitter: sends to all sinks.
     commands: steer own ship and bodies, on all radars of the group.
@@ -72,7 +74,7 @@ class Station:
         recorded: what `sinks` need of the sources of cells; start_utc: at simulated time 0, by default the present second;
         worker: of the spoke source, where that has computed its first spokes."""
         self.identity, self.name, self.allow_truth = identity, name or f"radar {identity}", allow_truth
-        self.failed = failed
+        self.failed, self.lacks = failed, dict[str, str]()
         self.stopping, self.end, self.ended = False, "", asyncio.Event()
         self.group = group or RadarGroup()
         self.hub = Hub(clock)
@@ -80,6 +82,7 @@ class Station:
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
         self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
         self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.sensor_laws = self.errors.laws_at
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
         self.transmitter = Transmitter(

@@ -59,7 +59,7 @@ class Transmitter:
         self.pacer = Pacer(settings, clock, self._group_clock, held)
         self.supervisor = WorkerSupervisor(source, make_spoke_source, self._group_clock.changed)
         self.epoch = self._epoch(new_epoch_name(), settings.range)
-        self.state = radio.RadioState(self.epoch.info.radar, settings.range, restarts)
+        self.state = radio.RadioState(self.epoch.info.radar, settings.range, restarts, self.supervisor.worker.begins)
         self.commands = CommandQueue(self._group_clock.let_command)
         self._sinks, self._clock = SinkGroup(sinks), clock
         self._on_restart, self._on_failure, self._sources, self._describe = on_restart, on_failure, sources, describe

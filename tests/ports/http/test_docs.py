@@ -1,7 +1,8 @@
 """The documentation page: whole, from this server alone, and within its content security policy."""
 
+import contextlib
 import re
-from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -49,24 +50,16 @@ async def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
         assert all(path.startswith("/api/") for path in paths)
 
 
-@pytest.fixture(scope="module")
-def browser(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
-    opened = Browser(tmp_path_factory.mktemp("profile"))
-    yield opened
-    opened.close()
-
-
 @pytest.mark.browser
 @pytest.mark.skipif(not CHROMIUM.exists(), reason="needs Chromium")
-@pytest.mark.parametrize("token", ["", "reading-" * 3])
-def test_a_browser_shows_every_operation_without_breaking_the_policy(token: str, browser: Browser) -> None:
-    """With a token the page asks for it once, and keeps it for the tab as the radar's page does."""
+def test_a_browser_shows_every_operation_without_breaking_the_policy(tmp_path: Path) -> None:
+    """The page asks for the token once, and keeps it for the tab as the radar's page does."""
+    browser, token = Browser(tmp_path), "reading-" * 3
     only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
-    app = create_app([only], access=Access("command-" * 3, token) if token else None)
-    with served(app, [only]) as (host, port):
+    app = create_app([only], access=Access("command-" * 3, token))
+    with contextlib.closing(browser), served(app, [only]) as (host, port):
         page = browser.open(f"http://{host}:{port}/docs", first=f'window.prompt = () => "{token}";')
         page.wait("document.querySelectorAll('.opblock').length === 24")
         text = page.ask("document.body.innerText")
         assert "/api/radars/{radar}/controls" in text and "Change Controls" in text
         assert [fault for fault in page.faults() if "401" not in fault] == []
-        page.close()

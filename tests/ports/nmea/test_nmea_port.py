@@ -47,8 +47,10 @@ class OneStation:
     """What the port takes of a station."""
 
     def __init__(self, simulator: Any, start: datetime = START, identity: str = "0") -> None:
-        self.identity, self.start_utc, self.errors = identity, start, ErrorStage(simulator, [])
+        self.identity, self.start_utc, self.sensor_laws = identity, start, ErrorStage(simulator, []).laws_at
         self.epoch = SimpleNamespace(info=simulator.info, spoke_source=simulator)
+        self.transmitter = SimpleNamespace(state=SimpleNamespace(simulated=0.0))
+        self.lacks: dict[str, str] = {}
 
 
 SITES = {
