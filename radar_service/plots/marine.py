@@ -155,9 +155,8 @@ class MarineThreshold:
         turn = spokes // 2 + 1
         mean = np.divide(total, cells, out=np.full_like(level, np.nan), where=cells > 0.0)
         one, other = np.roll(mean, turn, axis=0), np.roll(mean, -turn, axis=0)
-        alike = np.maximum(one, other) <= MEAN_RATIO * np.minimum(one, other)
-        ratio = np.float32(MEAN_RATIO)
-        return np.where(alike, np.clip(0.5 * (one + other), level / ratio, level * ratio), level)
+        alike = np.maximum(np.maximum(one, other), level) <= MEAN_RATIO * np.minimum(one, other)
+        return np.where(alike, np.minimum(0.5 * (one + other), np.float32(MEAN_RATIO) * level), level)
 
     def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
         """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
