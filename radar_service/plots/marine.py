@@ -50,10 +50,8 @@ LOCAL, LOCAL_SECTORS = (
     32.0,
     64,
 )  # times the curve: more than waves and directions of a sea; sectors narrower than a rain cell
-AVERAGED_BEAMS = (
-    5  # half-power beams to each side: at a shape of 0.5 and 1e-4, 28 cells of one beam lose 2.0 dB, 280 cells 0.2
-)
-MEAN_RATIO = 1.806  # of the sides, above which clutter is not homogeneous (Smith and Varshney, IEEE T-AES 36(3), 837, 2000)
+AVERAGED_BEAMS = 5  # half-power beams to each side: at a shape of 0.5 and 1e-4, 28 cells lose 2.0 dB, 280 cells 0.2 dB
+MEAN_RATIO = 1.806  # of the sides, above which clutter is not uniform (Smith and Varshney, IEEE T-AES 36(3), 837, 2000)
 BESIDE_BEAMS = 2  # half-power beams to each side: an edge along the beam is shorter in range than the guard
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
 
@@ -154,9 +152,9 @@ class MarineThreshold:
         total, cells = (uniform_filter1d(each, spokes, axis=0, mode="wrap") for each in (total, cells))
         turn = spokes // 2 + 1
         mean = np.divide(total, cells, out=np.full_like(level, np.nan), where=cells > 0.0)
-        one, other = np.roll(mean, turn, axis=0), np.roll(mean, -turn, axis=0)
-        alike = np.maximum(np.maximum(one, other), level) <= MEAN_RATIO * np.minimum(one, other)
-        return np.where(alike, np.minimum(0.5 * (one + other), np.float32(MEAN_RATIO) * level), level)
+        left, right = np.roll(mean, turn, axis=0), np.roll(mean, -turn, axis=0)
+        alike = np.maximum(np.maximum(left, right), level) <= MEAN_RATIO * np.minimum(left, right)
+        return np.where(alike, np.minimum(0.5 * (left + right), np.float32(MEAN_RATIO) * level), level)
 
     def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
         """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
