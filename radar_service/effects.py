@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         Whole,
         record_of,
     )
-    from radar_service.stages.point_echoes import point_echoes
+    from radar_service.stages.points import crossing_search, in_sight, point_echoes
     from radar_service.stages.stage import Context, RandomField, Stage, Tile
     from radar_service.world.environment import Attenuator, SightLines
     from radar_service.world.error import SceneError
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
 __all__ = [
     "Attenuator", "AzimuthTimes", "BeamWeightedEchoes", "Bearing", "Context", "EastNorth", "EastNorthUp", "Effect",
     "EffectTruth", "Flag", "Height", "Number", "PlanItem", "RandomField", "SceneError", "Section", "SightLines", "Size",
-    "Source", "Speed", "Stage", "Tile", "Whole", "effective_earth_radius", "point_echoes", "polar_from_map", "record_of",
-    "wrap_angle",
+    "Source", "Speed", "Stage", "Tile", "Whole", "crossing_search", "effective_earth_radius", "in_sight", "point_echoes",
+    "polar_from_map", "record_of", "wrap_angle",
 ]  # fmt: skip
 
 __getattr__, __dir__ = lazily(__name__)

@@ -14,7 +14,7 @@ from radar_service.scattering.reflector_patterns import reflector_text
 from radar_service.scene_file.checks.body_size import metres
 from radar_service.scene_file.checks.placement import nearest_point
 from radar_service.scene_file.model.scene import scene_schema
-from radar_service.stages.registry import effects_in, effects_named
+from radar_service.stages.registry import effects_in, effects_named, own_effects
 from radar_service.world.body import Body
 from radar_service.world.materials import is_land
 from radar_service.world.poses import pose_at
@@ -123,8 +123,8 @@ def _environment_lines(scene: Scene) -> list[str]:
     e = scene.environment
     horizon = scene.horizon()
     factor = "flat earth" if math.isinf(horizon) else f"horizon at {horizon:.0f} m ({e.earth_factor:.3g} earth)"
-    enabled = [*e.texts, *(text for effect in effects_in(scene) if (text := effect.scene_text(scene)))]
-    extras = ", ".join(enabled) or "no other effects"
+    texts = (effect.scene_text(scene) or ("" if effect in own_effects() else effect.name) for effect in effects_in(scene))
+    extras = ", ".join([*e.texts, *filter(None, texts)]) or "no other effects"
     return [f"environment antenna {scene.radar.height:g} m up, {factor}; {extras}"]
 
 

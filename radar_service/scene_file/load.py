@@ -34,7 +34,7 @@ from radar_service.scene_file.routes import constant_motion, motion_from_model, 
 from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems
-from radar_service.stages.registry import effect_records, effects_named
+from radar_service.stages.registry import effect_records, effects_named, numbered_sources
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.error import SceneError
@@ -90,6 +90,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         world, first.radar, first.platform, warnings, of_effects, notes, first.errors, first.id, tuple(radars),
         first.ais, first.gnss_offset,
     )  # fmt: skip
+    numbered_sources(scene)  # raises where these are too many
     more = [
         text
         for effect in effects_named(of_effects, first.radar.effects, *(body.effects for body in bodies))

@@ -189,7 +189,9 @@ def _unknown_key(location: tuple[str | int, ...]) -> str:
     if key in keys:
         return f"{location_text(location)}: this key needs a body with {node['properties'][key]['kind']}; remove it"
     nearest = difflib.get_close_matches(key, keys, n=MAX_KEYS, cutoff=0.0)
-    remedy = f'did you mean "{nearest[0]}"?' if difflib.get_close_matches(key, keys) else "remove it"
+    takes_effects = [step for step in location[:-1] if isinstance(step, str)] in ([], ["environment"], ["radar"], ["body"])
+    remove = f"remove it{', or install the package of the effect that has it' if takes_effects else ''}"
+    remedy = f'did you mean "{nearest[0]}"?' if difflib.get_close_matches(key, keys) else remove
     shown = f"nearest of {len(keys)} keys" if len(keys) > MAX_KEYS else "allowed"
     return f"{location_text((*location[:-1], key))}: this is not a known key; {remedy} ({shown}: {', '.join(nearest)})"
 

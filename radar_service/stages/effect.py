@@ -23,8 +23,8 @@ Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 
 
 class Source(NamedTuple):
-    """What a label may name. kind: as which its plots count; number: of this package's own, which say whether they have echoes;
-    others leave both to the scene."""
+    """What a label may name. kind: what its plots count as. number, has_echoes: given by effects of this package alone; the scene
+    numbers the sources of others, and all of these may have echoes."""
 
     name: str
     kind: Kind = "interference"
@@ -109,7 +109,7 @@ class Effect:
         return ()
 
     def scene_text(self, scene: "Scene") -> str:
-        """What `check` says of a scene that has its record."""
+        """What `check` says of a scene that has its record; without it, the name."""
         return ""
 
     def body_text(self, body: "Body", radar: "Radar") -> str:

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import fields
+from inspect import Parameter, signature
 from typing import Annotated, Any, Self, TypeVar, cast
 
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
@@ -30,7 +30,8 @@ Record = TypeVar("Record")
 
 DEGREE = math.pi / 180.0
 SCALES = {  # of the units at the end of keys
-    "_deg": DEGREE, "_deg_s": DEGREE, "_kn": KNOT, "_percent": 0.01, "_m": 1.0, "_s": 1.0, "_per_s": 1.0, "_hz": 1.0, "_w": 1.0,
+    "_deg": DEGREE, "_deg_s": DEGREE, "_kn": KNOT, "_percent": 0.01,
+    "_m": 1.0, "_m2": 1.0, "_s": 1.0, "_per_s": 1.0, "_hz": 1.0, "_w": 1.0,
 }  # fmt: skip
 LEVELS = {"_db": 0.0, "_dbi": 0.0, "_dbsm": 0.0, "_dbm": -3.0}  # of those in decibels: the power of ten that 0 is
 
@@ -75,10 +76,14 @@ def scaled(value: Any, scale: float) -> Any:
 
 
 def record_of(kind: type[Record], table: BaseModel, **given: Any) -> Record:
-    """Returns a record of a table: each field that is not given is that of the key of its name and a unit."""
-    keys = {bare(key): key for key in type(table).model_fields}
-    names = getattr(kind, "_fields", None) or [each.name for each in fields(kind)]  # type: ignore[arg-type]
-    own = {name: keys[name] for name in names if name in keys and name not in given}
+    """Returns a record of a table: each field that is not given is that of the key of its name and a unit. Raises TypeError."""
+    keys, parameters = {bare(key): key for key in type(table).model_fields}, signature(kind).parameters
+    own = {name: keys[name] for name in parameters if name in keys and name not in given}
+    for name, parameter in parameters.items():
+        if parameter.default is Parameter.empty and name not in own and name not in given:
+            known = f"its keys: {', '.join(keys.values())}; units: {', '.join((*SCALES, *LEVELS))}"
+            what = f"{kind.__name__}.{name}: {type(table).__name__} has no key of this name and a known unit"
+            raise TypeError(f"{what} ({known}); rename one, or give {name}= to record_of")
     return kind(**{name: _in_si(getattr(table, key), unit_of(key)) for name, key in own.items()}, **given)
 
 

@@ -20,6 +20,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Crossing, Snapshot
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Keys, Section, with_keys
+from radar_service.world.error import SceneError
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene
@@ -32,7 +33,7 @@ EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
     "radar_service.stages.multiple_echoes.effect:MultipleEffect",
 )
 HERE = "radar-service"
-FIRST_FOREIGN = 128  # number of the first source whose effect gives none: above land, below the bodies
+FIRST_FOREIGN, MAX_FOREIGN = 128, 128  # number of the first source whose effect gives none, above land; up to the bodies
 
 
 class RefusedEffect(Effect):
@@ -148,9 +149,14 @@ def effects_in(scene: "Scene") -> list[Effect]:
 
 
 def numbered_sources(scene: "Scene") -> dict[int, tuple[str, Source]]:
-    """The sources of the effects of a scene by their numbers, each with the name of its effect."""
+    """The sources of the effects of a scene by number, each with the name of its effect. Raises SceneError for too many."""
     sources = [(effect.name, source) for effect in effects() for source in effect.sources_of(scene)]
     foreign = sorted((each for each in sources if each[1].number is None), key=lambda each: (each[0], each[1].name))
+    if len(foreign) > MAX_FOREIGN:
+        raise SceneError(
+            f"{' and '.join(sorted({name for name, _ in foreign}))}: {len(foreign)} sources of labels, more than the "
+            f"{MAX_FOREIGN} of other packages; have fewer in the scene, or let `sources_of` give several things one source"
+        )
     own = {source.number: (name, source) for name, source in sources if source.number is not None}
     return own | dict(enumerate(foreign, FIRST_FOREIGN))
 

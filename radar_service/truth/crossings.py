@@ -10,17 +10,15 @@ from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
+from radar_service.stages.points import crossing_search
 from radar_service.stages.registry import changed_pattern, effects_in
-from radar_service.truth.crossing_times import STEPS, CrossingSearch
-from radar_service.truth.ground_truth import GroundTruth, observed_offset, water_tracks
+from radar_service.truth.ground_truth import GroundTruth, water_tracks
 from radar_service.world.geo import geographic_from_map
 from radar_service.world.materials import is_land
 from radar_service.world.motion import Pose
-from radar_service.world.scene import Scene
 from radar_service.world.steered_motion import PastMotion
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
-STEPS_PER_SWAY = 16  # search steps in the shortest period of the antenna's sway: a sine turns by 0.4 rad in one
 
 
 class References(NamedTuple):
@@ -49,15 +47,14 @@ class CrossingTruth:
         self._pattern = changed_pattern(radar)
         every = np.arange(len(bodies))
         self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
-        steps = search_steps(self._scene)
-        self._search = CrossingSearch(self._offsets, len(bodies), radar.rotation_period, radar.azimuths, steps)
+        self._search = crossing_search(self._scene, lambda which, time: self._references(which, time).position, len(bodies))
 
     @BLAS_LIMIT.held()
     def crossings(self, scan: int, count: int = 1) -> tuple[Crossing, ...]:
         """Returns the crossings of so many scans by time."""
         bodies, time, scans = self._search.within(scan, count)
         spokes = np.rint(self._scene.radar.spokes_at(time)).astype(np.int64).tolist()
-        offset = self._offsets(bodies, time)
+        offset = self._search.offsets(bodies, time)
         boresights = wrap_bearing(np.arctan2(offset[:, 0], offset[:, 1])).tolist()
         effects = map(self._of_effects, bodies.tolist(), time.tolist(), boresights)
         states = self._own_ship(time), self._kinematics(bodies, time)
@@ -95,11 +92,6 @@ class CrossingTruth:
         if not parts or is_land(self._scene.bodies[body]):
             return () if parts else None
         return tuple(echo for echoes in parts for echo in echoes if echo.range <= self._scene.radar.range_max)
-
-    def _offsets(self, bodies: Indices, time: Floats) -> Floats:
-        """East and north (E, 2) [m] of the reference points of bodies (E,), as the antenna observes them at times (E,) [s]."""
-        offset = self._references(bodies, time).position - self._scene.antenna(time)
-        return observed_offset(self._scene, offset, time, self._truth.earth_radius)[:, :2]
 
     def _references(self, bodies: Indices, time: Floats) -> References:
         """The reference points of bodies (E,) at times (E,) [s]."""
@@ -186,14 +178,6 @@ class CrossingTruth:
                 *(column.tolist() for column in columns), *water_tracks(self._scene, pose), strict=True
             )
         ]  # fmt: skip
-
-
-def search_steps(scene: Scene) -> int:
-    """Returns how many steps of a scan follow the antenna of a scene as it sways."""
-    sway, radar = scene.own_ship.sway, scene.radar
-    if sway is None:
-        return STEPS
-    return max(STEPS, min(radar.azimuths, math.ceil(STEPS_PER_SWAY * radar.rotation_period / sway.shortest_period)))
 
 
 def _empty(count: int) -> References:

@@ -7,7 +7,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from radar_service.echo.range_history import apparent_position
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.numerics.frames import polar_from_map, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
@@ -15,6 +14,7 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import horizon
 from radar_service.records.truth import BodyTruth, Truth
 from radar_service.scattering.models import height_over_horizon
+from radar_service.stages.points import observed_offset
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.truth.surface_search import SurfaceSearch
@@ -118,7 +118,7 @@ class GroundTruth:
         """Which points at offsets (W, 3) from the antenna [m] it observes in a blind sector at times (W,) [s]."""
         if not self.scene.radar.blind_sectors:
             return np.zeros(len(offset), dtype=np.bool_)
-        observed = observed_offset(self.scene, offset, time, self.earth_radius)
+        observed = observed_offset(self.scene, offset, time)
         return self.scene.blind(time, np.arctan2(observed[:, 0], observed[:, 1]))
 
     def _is_far(self, body: int, antenna: Floats, time: float) -> bool:
@@ -163,12 +163,6 @@ class GroundTruth:
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
             float(extent), course[0], speed[0],
         )  # fmt: skip
-
-
-def observed_offset(scene: Scene, offset: Floats, time: Floats, earth_radius: float) -> Floats:
-    """Returns offsets (W, 3) from the antenna [m] as it observes them at times (W,) [s], rolling and pitching with own ship."""
-    level = scene.upright_from_map(time)
-    return offset if level is None else apparent_position(offset[:, None], level, earth_radius)[:, 0]
 
 
 def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | tuple[list[None], list[None]]:

@@ -29,7 +29,8 @@ ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
     ),
     (
         {"zzz": 1},
-        "zzz: this is not a known key; remove it (nearest of 10 keys: radar, own_ship, origin)",
+        "zzz: this is not a known key; remove it, or install the package of the effect that has it (nearest of 10 keys: "
+        "radar, own_ship, origin)",
     ),
     ({"radar": {"azimuths": 10**9}}, "radar.azimuths: 1000000000 is not allowed; a whole number from 4 to 16384; lower it"),
     ({"radar": {"azimuths": 10**400}}, "radar.azimuths: an integer of 1329 bits is not allowed; a whole number from 4"),

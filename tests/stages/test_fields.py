@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from pydantic import TypeAdapter, ValidationError
@@ -38,6 +38,7 @@ class Ferry(Section):
     power_dbm: float = 30.0
     gain_dbi: float = 20.0
     length_m: float = 60.0
+    deck_m2: float = 900.0
     sectors_deg: tuple[tuple[float, float], ...] = ((0.0, 180.0),)
     seats: int = 7
 
@@ -57,6 +58,7 @@ class FerryRecord:
     power: float
     gain: float
     length: float
+    deck: float
     sectors: tuple[tuple[float, float], ...]
     seats: int
     turn_rate: float | None = 3.0
@@ -65,8 +67,25 @@ class FerryRecord:
 def test_a_record_has_the_keys_of_its_fields_in_si_units() -> None:
     half = math.pi / 2.0
     assert record_of(FerryRecord, Ferry(), length=1.0) == FerryRecord(
-        "ferry", half, 10.0 * 1852.0 / 3600.0, 0.05, 1.0, 100.0, 1.0, ((0.0, math.pi),), 7, None
+        "ferry", half, 10.0 * 1852.0 / 3600.0, 0.05, 1.0, 100.0, 1.0, 900.0, ((0.0, math.pi),), 7, None
     )
+
+
+class Wake(NamedTuple):
+    speed: float
+    width: float
+
+
+def test_a_field_without_a_key_is_named_with_the_keys_and_the_units() -> None:
+    with pytest.raises(TypeError) as told:
+        record_of(Wake, Ferry())
+    assert str(told.value).startswith(
+        "Wake.width: Ferry has no key of this name and a known unit (its keys: name, course_deg, "
+    )
+    assert str(told.value).endswith(
+        "_m, _m2, _s, _per_s, _hz, _w, _db, _dbi, _dbsm, _dbm); rename one, or give width= to record_of"
+    )
+    assert record_of(Wake, Ferry(), width=2.0).width == 2.0
 
 
 def test_the_first_problem_is_told() -> None:

@@ -137,6 +137,32 @@ def test_a_package_that_cannot_be_loaded_stops_only_scenes_with_its_key(installe
     assert scene(floes=1.0).effects and [effect.name for effect in effects()][-1] == "slush"
 
 
+class Shards(Drift):
+    """Has a source for each thing."""
+
+    name, scene_keys = "shards", {"shards": (int, Field(0))}
+
+    def scene_record(self, given: Any) -> Any:
+        return given["shards"]
+
+    def sources_of(self, scene: Any) -> list[Source]:
+        return [Source(f"shard {k}") for k in range(self.of_scene(scene) or 0)]
+
+
+def test_more_sources_than_there_are_numbers_below_those_of_bodies_are_refused(installed: Installed) -> None:
+    installed.package("shards", Shards)
+    names = source_names(scene([point("p", 0, 500)], shards=128))
+    assert (
+        names[255].startswith("shard")
+        and names[256] == "p"
+        and sum(name.startswith("shard") for name in names.values()) == 128
+    )
+    assert refusal(body=[point("p", 0, 500)], shards=129) == (
+        "shards: 129 sources of labels, more than the 128 of other packages; have fewer in the scene, or let `sources_of` give "
+        "several things one source"
+    )
+
+
 class Unstaged(Drift):
     """Has a stage that cannot be imported."""
 

@@ -5,13 +5,13 @@ import pytest
 
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.stages.point_echoes import point_echoes
+from radar_service.stages.points import in_sight, point_echoes
 from radar_service.stages.stage import Added, RandomField, Tile
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene
 from tests.stages.fixtures import context_of
 
-# point_echoes: echoes of points by the radar equation; `tests/plug_ins/effects` holds them against a body that is a point.
+# points: echoes of points by the radar equation; `tests/plug_ins/effects` holds them against a body that is a point.
 WALL = {"name": "wall", "shape": "plate", "width_m": 200, "height_m": 80, "position_m": [0, 900, 0]}
 
 
@@ -23,6 +23,9 @@ def test_points_out_of_range_out_of_sight_and_behind_a_wall_have_no_echoes() -> 
     azimuths = AzimuthTimes(np.arange(3), np.zeros(3), np.arange(3) * 0.1)
     start = np.array([[0.0, 500, 15], [0, 1500, 15], [0, 4000, 0], [0, 90_000, 15], [0, 600, 15]])
     position = start[:, None] + np.array([0.0, 10.0, 0.0]) * azimuths.time[:, None]
+    assert in_sight(made, line_of_sight, start, 0.1).tolist() == [True, False, False, False, True]
+    far = np.array([[0.0, -90_000, 15]])  # beyond the horizon, where a field reaches one that is lower than 20 m
+    assert [in_sight(made, line_of_sight, far, 0.1, reach).tolist() for reach in (0.0, 20.0)] == [[False], [True]]
     echoes = point_echoes(context, "hail", azimuths, position, np.array([1.0, 1.0, 1.0, 1.0, 4.0]))
     assert echoes.range == pytest.approx([501.0, 601.0], abs=0.05) and echoes.body.tolist() == [1, 1]
     np.testing.assert_allclose(echoes.range_migration, [[-1.0, 0.0, 1.0]] * 2, atol=1e-3)

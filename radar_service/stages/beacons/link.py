@@ -14,9 +14,9 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, local_attenuation, radar_two_rays
 from radar_service.stages.beacons.beacon import Beacon
+from radar_service.stages.points import in_sight
 from radar_service.stages.registry import changed_pattern
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.occluder import beyond_horizon
 from radar_service.world.environment import SightLines
 from radar_service.world.scene import Scene
 
@@ -113,11 +113,5 @@ class BeaconLink:
 
     def visible(self, time: float) -> bool:
         """Whether the antenna has a line of sight to the beacon at `time` [s]."""
-        position, antenna = self.position(np.array([time])), self._scene.antenna(time)
-        distance = np.hypot(*(position - antenna)[0, :2])[None]
         over = diffraction_height(self._scene.radar, self._scene.environment)
-        if beyond_horizon(distance, position[:, 2], float(antenna[0, 2]), self._earth_radius, over)[0]:
-            return False
-        if self._line_of_sight.occluded_by_resting(position, antenna[0])[0]:
-            return False
-        return not self._line_of_sight.occluded_by_moving(position, antenna[0], time)[0]
+        return bool(in_sight(self._scene, self._line_of_sight, self.position(np.array([time])), time, over)[0])

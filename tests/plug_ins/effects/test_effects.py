@@ -13,6 +13,11 @@ from tests.plug_ins.fixtures import PACKAGES, ROOT, Foreign
 KNOT = 1852.0 / 3600.0
 
 
+def along(course: float) -> Any:
+    """East and north of a course in degrees."""
+    return np.array([np.sin(np.deg2rad(course)), np.cos(np.deg2rad(course))])
+
+
 @pytest.fixture(scope="module")
 def package(foreign: Foreign) -> dict[str, Any]:
     """What the scenes of `played` give in a process where the package is installed."""
@@ -34,9 +39,14 @@ def test_birds_and_a_jammer_are_echoes_labels_powers_costs_truth_and_keys(packag
     assert both["strobe_deg"] == pytest.approx(200.0, abs=1.0)
     assert min(both["costs"].values()) > 0.0
     assert both["documented"]["flocks"] == both["documented"]["jammers"] == "requested, but not in the specification"
-    assert "1 flocks of birds" in both["check"]
-    (flock,), way = both["truth"]["flocks"], 25 * KNOT * 5.0 * np.array([np.sin(np.deg2rad(200)), np.cos(np.deg2rad(200))])
-    assert flock["birds"] == 25 and flock["position"] == pytest.approx([800 + way[0], 1500 + way[1], 30])
+    assert "1 flocks of birds, jammer" in both["check"]
+    (flock,), velocity = both["truth"]["flocks"], 25 * KNOT * along(200)
+    assert flock["birds"] == 25 and flock["position"] == pytest.approx([*(800, 1500) + 5.0 * velocity, 30])
+    ((time, visible),) = (each.values() for each in flock["crossings"])
+    east, north = (800, 1500) + time * (velocity - 10 * KNOT * along(40))
+    assert visible and time == pytest.approx(
+        2.5 * (1.0 + np.arctan2(east, north) / (2 * np.pi)), abs=1e-9
+    )  # a turn in 2.5 s
     assert both["in two processes"]
 
 

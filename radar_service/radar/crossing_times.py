@@ -39,7 +39,7 @@ class CrossingSearch:
     """
 
     def __init__(self, offsets: Offsets, count: int, period: float, spokes: int, steps: int = STEPS) -> None:
-        self._offsets, self._points, self._spokes, self._steps = offsets, np.arange(count), spokes, steps
+        self.offsets, self._points, self._spokes, self._steps = offsets, np.arange(count), spokes, steps
         self._period = period
 
     def within(self, scan: int, count: int = 1) -> Crossings:
@@ -58,7 +58,7 @@ class CrossingSearch:
     def _tracks(self, points: Indices, scan: Indices, steps: int) -> Floats:
         """Offsets (P, steps + 1, 2) [m] of points (P,) at the edges of the steps of a scan (P,)."""
         time = self._time(scan[:, None] + np.arange(steps + 1) / steps)
-        flat = self._offsets(np.repeat(points, steps + 1), time.ravel())
+        flat = self.offsets(np.repeat(points, steps + 1), time.ravel())
         return flat.reshape(len(points), steps + 1, 2)
 
     def _crossed_in(self, points: Indices, scan: Indices, track: Floats) -> Crossings:
@@ -101,7 +101,7 @@ class CrossingSearch:
 
     def _ahead(self, points: Indices, scan: Indices, share: Floats) -> Floats:
         """How far the boresight is ahead of points (E,) after shares (E,) of a turn [rad]."""
-        offset = self._offsets(points, self._time(scan + share))
+        offset = self.offsets(points, self._time(scan + share))
         return wrap_angle(FULL_CIRCLE * share - np.arctan2(offset[:, 0], offset[:, 1]))
 
     def _time(self, turns: Floats) -> Floats:

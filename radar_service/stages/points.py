@@ -1,11 +1,15 @@
-"""Echoes of points by the radar equation, for effects that have such."""
+"""Points for effects: echoes by the radar equation, lines of sight, and when the beam crosses them."""
+
+import math
+from collections.abc import Callable
 
 import numpy as np
 
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.range_history import apparent_position
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.numerics.frames import effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.radar_equation import (
     attenuation,
     elevation_gain,
@@ -14,9 +18,14 @@ from radar_service.propagation.radar_equation import (
     received_amplitude,
     two_way_phase,
 )
+from radar_service.radar.crossing_times import STEPS, CrossingSearch
 from radar_service.stages.stage import Context
+from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.occluder import beyond_horizon
 from radar_service.world.environment import SightLines
+from radar_service.world.scene import Scene
+
+STEPS_PER_SWAY = 16  # search steps in the shortest period of the antenna's sway: a sine turns by 0.4 rad in one
 
 
 def point_echoes(context: Context, source: str, azimuths: AzimuthTimes, position: Floats, rcs: Floats) -> BeamWeightedEchoes:
@@ -28,7 +37,7 @@ def point_echoes(context: Context, source: str, azimuths: AzimuthTimes, position
     scene, radar, half = context.scene, context.scene.radar, len(azimuths.time) // 2
     antenna = scene.antenna(azimuths.time)
     near = np.linalg.norm(position[:, half] - antenna[half], axis=1) < max_echo_range(radar)
-    kept = np.flatnonzero(near & _in_sight(context, position[:, half], antenna[half], azimuths.middle))
+    kept = np.flatnonzero(near & in_sight(scene, context.line_of_sight, position[:, half], azimuths.middle))
     places, antennas = position[kept].reshape(-1, 3), np.tile(antenna, (len(kept), 1))
     polar = polar_from_map(places, antennas, effective_earth_radius(scene.environment.earth_factor))
     field = elevation_gain(radar, polar.elevation).astype(np.complex128)
@@ -48,10 +57,34 @@ def point_echoes(context: Context, source: str, azimuths: AzimuthTimes, position
     return BeamWeightedEchoes(distance[:, half], migration, amplitude, np.full(len(kept), context.echo_sources[source]))
 
 
-def _in_sight(context: Context, position: Floats, antenna: Floats, time: float) -> Flags:
-    """Whether nothing hides points (P, 3) [m] from the antenna (3,) [m] at `time` [s]."""
+def in_sight(scene: Scene, line_of_sight: OcclusionScene, position: Floats, time: float, over_horizon: float = 0.0) -> Flags:
+    """Returns whether neither the sea nor a body hides points (P, 3) [m] on the map from the antenna at `time` [s].
+
+    over_horizon: height up to which fields reach beyond the horizon [m].
+    """
+    antenna, earth_radius = scene.antenna(time)[0], effective_earth_radius(scene.environment.earth_factor)
     distance = np.hypot(*(position - antenna)[:, :2].T)
-    earth_radius = effective_earth_radius(context.scene.environment.earth_factor)
-    hidden = beyond_horizon(distance, position[:, 2], float(antenna[2]), earth_radius)
-    hidden |= context.line_of_sight.occluded_by_resting(position, antenna)
-    return np.asarray(~(hidden | context.line_of_sight.occluded_by_moving(position, antenna, time)))
+    hidden = beyond_horizon(distance, position[:, 2], float(antenna[2]), earth_radius, over_horizon)
+    hidden |= line_of_sight.occluded_by_resting(position, antenna)
+    return np.asarray(~(hidden | line_of_sight.occluded_by_moving(position, antenna, time)))
+
+
+def crossing_search(scene: Scene, position: Callable[[Indices, Floats], Floats], count: int) -> CrossingSearch:
+    """Returns what finds when the beam crosses points: its `within(scan)`, as the antenna observes them, which may sway.
+
+    position: on the map (E, 3) [m], of points (E,) by index at times (E,) [s]; count: number of points.
+    """
+    radar, sway, steps = scene.radar, scene.own_ship.sway, STEPS
+    if sway is not None:
+        steps = max(steps, min(radar.azimuths, math.ceil(STEPS_PER_SWAY * radar.rotation_period / sway.shortest_period)))
+
+    def offsets(points: Indices, time: Floats) -> Floats:
+        return observed_offset(scene, position(points, time) - scene.antenna(time), time)[:, :2]
+
+    return CrossingSearch(offsets, count, radar.rotation_period, radar.azimuths, steps)
+
+
+def observed_offset(scene: Scene, offset: Floats, time: Floats) -> Floats:
+    """Returns offsets (W, 3) from the antenna [m] as it observes them at times (W,) [s], rolling and pitching with own ship."""
+    level, earth_radius = scene.upright_from_map(time), effective_earth_radius(scene.environment.earth_factor)
+    return offset if level is None else apparent_position(offset[:, None], level, earth_radius)[:, 0]

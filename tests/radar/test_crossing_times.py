@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.truth.crossing_times import CrossingSearch
+from radar_service.radar.crossing_times import CrossingSearch
 
 PERIOD, SPOKES = 2.5, 720
 
