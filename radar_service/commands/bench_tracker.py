@@ -115,18 +115,9 @@ def _bench(options: argparse.Namespace) -> int:
     print(_plan(options.seeds, options.smoke, looks))
     with executor_of(options) as executor:
         report, runs = bench(
-            loaded,
-            options.seeds,
-            options.tracker,
-            options.out,
-            executor,
-            shown,
-            plots=options.plots,
-            smoke=options.smoke,
-            blind=bool(options.salt) or not (options.open or is_built_in(options.tracker)),
-            salt=options.salt,
-            looks=looks,
-        )
+            loaded, options.seeds, options.tracker, options.out, executor, shown, options.plots, options.smoke,
+            bool(options.salt) or not (options.open or is_built_in(options.tracker)), options.salt, looks,
+        )  # fmt: skip
     drawn = {
         scenario.name: drawn_run(scenario, some)
         for scenario in loaded

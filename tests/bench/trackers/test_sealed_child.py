@@ -64,21 +64,7 @@ def found(code: str, folder: Path, sealed: tuple[str, ...] | None) -> str:
         "return open(f'/proc/{{os.getppid()}}/mem', 'rb').seek(0)",
         "return open(f'/proc/{{os.getppid()}}/cwd/bench-plots/truth').read()",
     ],
-    ids=[
-        "file",
-        "link",
-        "child",
-        "renamed",
-        "written",
-        "made",
-        "notes for the next command",
-        "notes as a folder",
-        "command line",
-        "environment",
-        "maps",
-        "memory",
-        "its folder",
-    ],
+    ids="file|link|child|renamed|written|made|notes|folders|command line|environment|maps|memory|its folder".split("|"),
 )
 def test_a_cheat_that_works_in_an_open_run_is_refused_in_a_blind_one(code: str, secret: Path) -> None:
     code = code.format(secret=secret)
