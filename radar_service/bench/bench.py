@@ -5,7 +5,7 @@ import json
 import random
 import shlex
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -32,6 +32,7 @@ from radar_service.plan.plan import plan_for
 from radar_service.scene_file.load import load_scene
 from radar_service.simulation.engine_set_up import chosen_fidelity
 
+FEWER = 3  # times fewer runs of scenarios in clutter in a smoke test
 HALF_TURN = 0.5  # of the antenna, beyond which a tracker is told to be slow
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
 MAX_NOT_STARTED = 3  # before the first run that starts
@@ -55,8 +56,11 @@ def bench(
     hidden = blind_for(plots_folder(folder, plots), folder, salt, own_files(scenarios)) if blind else None
     runs: dict[str, list[Mapping[str, Any]]] = {scenario.name: [] for scenario in scenarios}
     waiting, done, counts = list(scenarios), 0, Counter[str]()
+    costly = [scenario.name for scenario in scenarios if scenario.in_clutter]
     for look in [*(look for look in looks if look < seeds), seeds]:
-        fresh = runs_of(single_run, waiting, look, tracker, folder, executor, progress, plots, hidden, done, counts)
+        fresh = runs_of(
+            single_run, waiting, look, tracker, folder, executor, progress, plots, hidden, done, counts, costly if smoke else ()
+        )  # fmt: skip
         for name, some in fresh.items():
             runs[name] += some
         waiting, done = [each for each in waiting if not _ends(each, runs[each.name], looks)], look
@@ -79,12 +83,17 @@ def _ends(scenario: Scenario, runs: Sequence[Mapping[str, Any]], looks: tuple[in
 def runs_of(
     run: Callable[..., dict[str, Any]], scenarios: Sequence[Scenario], seeds: int, tracker: str, folder: Path,
     executor: Executor | None, progress: Progress, plots: Path | None, blind: Blind | None = None, first: int = 0,
-    counts: Counter[str] | None = None,
+    counts: Counter[str] | None = None, costly: Collection[str] = (),
 ) -> Runs:  # fmt: skip
     """Returns the runs of scenarios by name, from number `first` on. run: makes one, as `single_run`; blind: how runs are kept
-    from the tracker, which then come in any order; counts: of what earlier runs were; others, and what it raises, as `bench`."""
+    from the tracker, which then come in any order; counts: of what earlier runs were; costly: scenarios with a third of the
+    runs, which come first in open runs; others, and what it raises, as `bench`."""
     counts = Counter() if counts is None else counts
-    jobs = jobs_of(scenarios, range(first, seeds), tracker, plots_folder(folder, plots), blind)
+    scenarios = sorted(scenarios, key=lambda scenario: scenario.name not in costly)
+    numbers = {each.name: range(first, -(-seeds // FEWER) if each.name in costly else seeds) for each in scenarios}
+    jobs = [
+        job for each in scenarios for job in jobs_of([each], numbers[each.name], tracker, plots_folder(folder, plots), blind)
+    ]
     kept = KeptRuns(folder / "runs", [scenario.name for scenario in scenarios] if first else ())
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
 
@@ -98,7 +107,7 @@ def runs_of(
     finally:
         end_waiting()
     results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
-    return {scenario.name: [next(results) for _ in range(first, seeds)] for scenario in scenarios}
+    return {name: [next(results) for _ in some] for name, some in numbers.items()}
 
 
 def plots_folder(folder: Path, plots: Path | None) -> Path:

@@ -44,14 +44,9 @@ def lengths_of(scenario: Scenario) -> dict[str, float]:
 
 
 def with_errors(
-    plots: Sequence[Plot],
-    truths: Sequence[TargetTruth],
-    errors: PlotErrors | None,
-    heading: float,
-    seed: int,
-    scan: int,
+    plots: Sequence[Plot], truths: Sequence[TargetTruth], errors: PlotErrors | None, heading: float, seed: int, scan: int,
     lengths: Mapping[str, float],
-) -> tuple[Plot, ...]:
+) -> tuple[Plot, ...]:  # fmt: skip
     """Returns the plots of a scan with errors, but for those of extended targets.
 
     errors: None for none; heading: of own ship [rad]; lengths: of ships [m]. Each scan of a seed draws anew, in plot order.
@@ -101,14 +96,9 @@ def _distance(plot: Plot, truth: TargetTruth) -> float:
 
 
 def _with_errors(
-    plot: Plot,
-    truths: Sequence[TargetTruth],
-    errors: PlotErrors,
-    heading: float,
-    phase: float,
-    draw: Floats,
+    plot: Plot, truths: Sequence[TargetTruth], errors: PlotErrors, heading: float, phase: float, draw: Floats,
     lengths: Mapping[str, float],
-) -> Plot:
+) -> Plot:  # fmt: skip
     """A plot that wanders along its ship, then errs in range and bearing. draw: normal numbers (3,)."""
     own = np.array([plot.east - plot.range * np.sin(plot.bearing), plot.north - plot.range * np.cos(plot.bearing)])
     nearest = min(truths, key=lambda truth: _distance(plot, truth), default=None)

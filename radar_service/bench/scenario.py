@@ -230,6 +230,11 @@ class Scenario(FrozenTable):
         """Names of the bodies that are to be tracked."""
         return self.targets or tuple(body["name"] for body in self.scene.get("body", ()))
 
+    @property
+    def in_clutter(self) -> bool:
+        """Whether it has sea or rain, whose scans take ten times as long."""
+        return not CLUTTER.isdisjoint(self.scene.get("environment", ()))
+
     @cached_property
     def limits(self) -> tuple[Limit, ...]:
         """All limits: its own, and those of GENERAL for which it has none of its own."""

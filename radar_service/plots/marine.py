@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.ndimage import maximum_filter1d
+from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from radar_service.display.video import REJECTION
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
@@ -40,6 +40,7 @@ SECTORS = 16  # in which the shape is measured: the sea along the waves is spiki
 GROWTH = 1.35  # of the regions in range, as sea clutter changes with the logarithm of range
 REGION_CELLS = 24, 256  # of a region along range, at least and at most
 EVERY = 2  # spokes: their median over azimuth is the STC's curve
+STC_SAMPLES = 33  # of the curve along range, whose median it is
 NOISE_SPREAD = 0.08  # ln: how much interference rejection and reference cells widen noise, and a standard error of a region
 BEYOND = 3.0  # independent cells of a region beyond the quantile that tells its shape
 FAINT = 0.1  # of the receiver's noise: 1 - exp(-0.1) of the cells of noise are fainter, of several looks fewer
@@ -49,6 +50,8 @@ LOCAL, LOCAL_SECTORS = (
     32.0,
     64,
 )  # times the curve: more than waves and directions of a sea; sectors narrower than a rain cell
+AVERAGED_BEAMS = 5  # half-power beams to each side: at a shape of 0.5 and 1e-4, 28 cells lose 2.0 dB, 280 cells 0.2 dB
+MEAN_RATIO = 1.806  # of the sides, above which clutter is not uniform (Smith and Varshney, IEEE T-AES 36(3), 837, 2000)
 BESIDE_BEAMS = 2  # half-power beams to each side: an edge along the beam is shorter in range than the guard
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
 
@@ -81,7 +84,7 @@ class MarineThreshold:
         noise = np.float32(receiver_noise_power(self.radar))
         if (power[::EVERY] < FAINT * noise).mean() > FAINT:  # a scene without noise
             np.maximum(integral, noise, out=integral)
-        curve = _stc(integral)
+        curve = _stc(integral, self.guard / self.radar.range_step)
         flat = integral / curve
         level = self._averaged(flat)
         with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
@@ -108,10 +111,11 @@ class MarineThreshold:
         return total
 
     def _averaged(self, flat: Singles) -> Singles:
-        """The mean (A, N) of the reference cells on both sides; near an end, of those that there are.
+        """The mean (A, N) of the reference cells on both sides and of the beams beside; near an end, of those that there are.
 
-        In and beside local clutter, the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980), and
-        the greatest of the beams beside.
+        Where the beams of the two sides differ, as at a shadow's edge, those of its own beam alone. In and beside local clutter,
+        the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980), and the greatest of the beams
+        beside.
         """
         count = flat.shape[1]
         guard = max(1, min(round(self.guard / self.radar.range_step), count // 8))
@@ -131,12 +135,26 @@ class MarineThreshold:
         cells = beside(known.astype(np.float32)) if not known.all() else beside(np.ones((1, count), dtype=np.float32))
         both = cells[0] + cells[1]
         level: Singles = np.divide(totals[0] + totals[1], both, out=np.ones_like(flat), where=both > 0.0)
+        broad = self._over_beams(level, totals[0] + totals[1], both)
         if not (local > 1.0).any():
-            return level
+            return broad
         for total, few in zip(totals, cells, strict=True):
             np.maximum(level, total / np.maximum(few, np.float32(1.0)), out=level, where=local > 1.0)
         beside_beam = 2 * BESIDE_BEAMS * self._spokes + 1
-        return np.where(local > 1.0, maximum_filter1d(level, beside_beam, axis=0, mode="wrap"), level)
+        return np.where(local > 1.0, maximum_filter1d(level, beside_beam, axis=0, mode="wrap"), broad)
+
+    def _over_beams(self, level: Singles, total: Singles, cells: Singles) -> Singles:
+        """The mean over the beams of both sides (A, N) where these are alike, within MEAN_RATIO of the own beam's level (A, N).
+
+        total, cells: of each beam's reference cells, sum (A, N) and number (A or 1, N).
+        """
+        spokes = max(1, min(AVERAGED_BEAMS * self._spokes, len(level) // (2 * SECTORS)))
+        total, cells = (uniform_filter1d(each, spokes, axis=0, mode="wrap") for each in (total, cells))
+        turn = spokes // 2 + 1
+        mean = np.divide(total, cells, out=np.full_like(level, np.nan), where=cells > 0.0)
+        left, right = np.roll(mean, turn, axis=0), np.roll(mean, -turn, axis=0)
+        alike = np.maximum(np.maximum(left, right), level) <= MEAN_RATIO * np.minimum(left, right)
+        return np.where(alike, np.minimum(0.5 * (left + right), np.float32(MEAN_RATIO) * level), level)
 
     def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
         """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
@@ -224,8 +242,11 @@ def _without_interference(power: Singles) -> Singles:
     return np.minimum(power, beside)
 
 
-def _stc(power: Singles) -> Singles:
-    """The curve (N,) of sensitivity time control [W]: the median over azimuth."""
+def _stc(power: Singles, guard: float) -> Singles:
+    """The curve (N,) of sensitivity time control [W]: the median over azimuth, then along range, which keeps falls and steps.
+
+    guard: cells to each side at most; near own ship, as far as clutter changes little (GROWTH).
+    """
     rows = power[::EVERY]
     few = np.flatnonzero(np.isnan(rows).any(axis=0))
     middle = np.median(rows, axis=0)
@@ -233,7 +254,13 @@ def _stc(power: Singles) -> Singles:
         float(np.median(each[~np.isnan(each)])) if not np.isnan(each).all() else np.nan for each in rows[:, few].T
     ]
     good = np.flatnonzero(~np.isnan(middle))
-    return np.interp(np.arange(len(middle)), good, middle[good]).astype(np.float32) if len(good) else np.zeros_like(middle)
+    if not len(good):
+        return np.zeros_like(middle)
+    cell = np.arange(len(middle))
+    curve = np.interp(cell, good, middle[good])
+    reach = np.minimum(np.minimum(guard, 0.5 * (GROWTH - 1.0) * cell), cell[::-1])
+    beside = np.rint(cell[:, None] + reach[:, None] * np.linspace(-1.0, 1.0, STC_SAMPLES)).astype(np.int64)
+    return np.asarray(np.median(curve[beside], axis=1), dtype=np.float32)
 
 
 def _local(flat: Singles) -> Singles:

@@ -144,6 +144,14 @@ def test_runs_of_another_arithmetic_are_run_anew(
 
 
 @pytest.mark.same_bytes
+def test_a_smoke_test_makes_a_third_of_the_runs_in_rain(made: list[tuple[str, int]], tmp_path: Path) -> None:
+    (tmp_path / "rain.toml").write_text(FILE.format(scans=1).replace("noise = true", "noise = true\nrain_mm_h = 1"))
+    scenarios = [small(tmp_path, 1), load_scenario(str(tmp_path / "rain.toml"))]
+    report, _ = bench(scenarios, 3, "gnn", tmp_path / "out", smoke=True)
+    assert made == [("rain", 0), *(("small", seed) for seed in range(3))]
+    assert [scenario["seeds"] for scenario in report["scenarios"]] == [[0, 1, 2], [0]]
+
+
 def test_a_server_is_judged_as_a_program_is(tmp_path: Path) -> None:
     scenario = small(tmp_path, 6)
     (by_pipe,) = bench([scenario], 1, program(tmp_path, ECHO), tmp_path / "out")[0]["scenarios"]

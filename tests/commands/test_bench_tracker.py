@@ -78,7 +78,7 @@ def test_a_tracker_that_raises_is_a_failed_run(
     """`'x'` is all that a KeyError says: the last line of its traceback names it."""
     assert main([*faulty(tmp_path, monkeypatch), "--smoke"]) == 1
     printed = capsys.readouterr().out
-    assert printed.startswith("3 seeds of each scenario: gross misses fail\n")
+    assert printed.startswith("3 seeds of each scenario: gross misses fail; a third of them in clutter\n")
     lines = [line for line in printed.splitlines() if line.startswith("small, seed ") and ": failed at scan 0: " in line]
     assert len({*lines}) == 3 and all(line.endswith("exit status 1; it said: KeyError: 'x'") for line in lines)
     assert not any(line.startswith("small, seed 0:") for line in lines)  # blind by default

@@ -10,7 +10,7 @@ from scipy.special import gammainccinv
 import radar_service as rs
 from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.false_alarms import effective_looks
-from radar_service.plots.marine import BESIDE_LAND, LandCells, MarineThreshold
+from radar_service.plots.marine import BESIDE_LAND, MEAN_RATIO, LandCells, MarineThreshold
 from radar_service.plots.plot_report import labelled_plots
 from radar_service.plots.thresholds import KnownThreshold
 from radar_service.radar.parameters import Radar
@@ -215,3 +215,27 @@ def test_cells_of_rain_have_a_level_of_their_own(ship: Radar) -> None:
     row, cell = np.ogrid[: ship.azimuths, :400]
     power[((row - 150) / 45.0) ** 2 + ((cell - 200) / 50.0) ** 2 < 1.0] *= 100.0
     assert np.count_nonzero(power > MarineThreshold(ship).of(power)) <= 10
+
+
+def test_a_spiky_sea_has_a_steadier_level_than_the_cells_of_one_beam(ship: Radar) -> None:
+    """120 cells of one beam with 60 textures of shape 0.5 have by the K law a mean of variance 0.051. Five beams to each side
+    share 4 textures of a cell, so a quarter of it is left, and as much for the curve and for the shape that is measured."""
+    mean = 10.0**2.5 * (300.0 / (np.arange(200, 600) + 30.0)) ** 3 * receiver_noise_power(ship)
+    looks, spread = effective_looks(ship, 3), []
+    for seed in range(2):
+        power = clutter(ship, 0.5, 25.0, seed)
+        integral = (power + np.roll(power, 1, axis=0) + np.roll(power, -1, axis=0)) / 3.0
+        spread.append(np.log((MarineThreshold(ship, 1e-3).of(power) * integral / power)[:, 200:600] / mean))
+    one_beam = (1.0 / 0.5) / 60.0 + (1.0 + 1.0 / 0.5) / looks / 120.0
+    assert np.var(spread) < 0.75 * one_beam
+
+
+def test_a_shadow_keeps_a_level_of_its_own_to_its_edge(ship: Radar) -> None:
+    """Half the circle has 20 dB of clutter: on both sides of the edge the threshold is that of the middle, within the ratio at
+    which sides pass for alike; a mean of both would be 3.7 dB below."""
+    power = np.random.default_rng(4).exponential(1.0, (ship.azimuths, 1200)) * receiver_noise_power(ship)
+    power[:180] *= 100.0
+    mean = (power + np.roll(power, 1, axis=0) + np.roll(power, -1, axis=0)) / 3.0
+    level = np.median((MarineThreshold(ship).of(power.astype(np.float32)) * mean / power)[:, 200:1000], axis=1)
+    for edge, middle in ((range(171, 179), 90), (range(181, 189), 270)):
+        assert np.abs(np.log(level[edge] / np.median(level[middle - 40 : middle + 40]))).max() < np.log(MEAN_RATIO)

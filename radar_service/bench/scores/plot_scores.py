@@ -75,23 +75,16 @@ def _spread(values: Sequence[float]) -> float | None:
 def _matched(result: ScanResult, plots: Sequence[Plot], near: float) -> list[PlotMatch]:
     """The matches of one scan. near: how long a plot may be from its crossing [s]."""
     truths = [truth for truth in result.truths if truth.echo]
-    pairs = [[_match(truth, plot) for plot in plots] for truth in truths]
-    cost = np.array([[_cost(pair, near) for pair in row] for row in pairs]).reshape(len(truths), len(plots))
-    if not cost.size:
-        return []
-    rows, columns = linear_sum_assignment(np.minimum(cost, 1.0))
-    return [pairs[i][j] for i, j in zip(rows.tolist(), columns.tolist(), strict=True) if cost[i, j] < 1.0]
-
-
-def _match(truth: TargetTruth, plot: Plot) -> PlotMatch:
-    distance, bearing = truth.echo or (np.nan, np.nan)
-    return PlotMatch(truth, plot, plot.range - distance, float(wrap_angle(np.asarray(plot.bearing - bearing))))
-
-
-def _cost(match: PlotMatch, near: float) -> float:
-    """Distance of a plot from its target as a share of the gate; 1 outside."""
-    half, distance = match.truth.length / 2.0, (match.truth.echo or (np.nan, np.nan))[0]
-    along = abs(match.range_error) / (GATE + half)
-    across = distance * abs(match.bearing_error) / (max(GATE, GATE_BEARING * distance) + half)
-    inside = abs(match.plot.time - match.truth.time) <= near and along <= 1.0 and across <= 1.0
-    return float(np.hypot(along, across)) / np.sqrt(2.0) if inside else 1.0
+    rows = [(*truth.echo, truth.length / 2.0, truth.time) for truth in truths if truth.echo]
+    distance, bearing, half, time = np.reshape(rows, (-1, 4, 1)).swapaxes(0, 1)
+    plot = np.reshape([(plot.range, plot.bearing, plot.time) for plot in plots], (-1, 3)).T
+    range_error, bearing_error = plot[0] - distance, wrap_angle(plot[1] - bearing)
+    along = abs(range_error) / (GATE + half)
+    across = distance * abs(bearing_error) / (np.maximum(GATE, GATE_BEARING * distance) + half)
+    inside = (abs(plot[2] - time) <= near) & (along <= 1.0) & (across <= 1.0)
+    cost = np.where(inside, np.hypot(along, across) / np.sqrt(2.0), 1.0)  # share of the gate
+    return [
+        PlotMatch(truths[i], plots[j], float(range_error[i, j]), float(bearing_error[i, j]))
+        for i, j in zip(*(each.tolist() for each in linear_sum_assignment(cost)), strict=True)
+        if cost[i, j] < 1.0
+    ]

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Collection, Iterator, Sequence
 
 CREATE_RULESET, ADD_RULE, RESTRICT_SELF = 444, 445, 446
-WRITE_FILE, READ_FILE, REMOVE_FILE, MAKE_REG = 2, 4, 32, 256  # LANDLOCK_ACCESS_FS_*
+WRITE_FILE, READ_FILE, WRITE = 2, 4, 0x1FF2  # LANDLOCK_ACCESS_FS_*; WRITE: with all of REMOVE_ and MAKE_
 NO_NEW_PRIVILEGES = 38  # PR_SET_NO_NEW_PRIVS
 NOBODY = 65534
 OWN = ("/proc/self", "/proc/cpuinfo", "/proc/meminfo", "/proc/stat", "/proc/sys", "/proc/filesystems")
@@ -40,14 +40,15 @@ def devices() -> Iterator[str]:
 
 
 def seal(sealed: Collection[str]) -> None:
-    """Keeps this process and its children from the sealed folders for good. Raises OSError."""
+    """Keeps this process and its children from the sealed folders for good, and lets them write in the working folder alone: what
+    they keep elsewhere would tell the plots of one command in the next. Raises OSError."""
     system = ctypes.CDLL(None, use_errno=True)
-    rights = WRITE_FILE | READ_FILE | REMOVE_FILE | MAKE_REG
-    ruleset = system.syscall(CREATE_RULESET, struct.pack("=Q", rights), 8, 0)
-    for path in (*granted("/", {*sealed, "/proc", "/dev"}), *devices(), *OWN):
+    ruleset = system.syscall(CREATE_RULESET, struct.pack("=Q", READ_FILE | WRITE), 8, 0)
+    rights = dict.fromkeys(granted("/", {*sealed, "/proc", "/dev"}), READ_FILE)
+    for path, allowed in {**rights, **dict.fromkeys([*devices(), *OWN, os.getcwd()], READ_FILE | WRITE)}.items():
         with contextlib.suppress(OSError):
             place = os.open(path, os.O_PATH | os.O_CLOEXEC)
-            allowed = rights if stat.S_ISDIR(os.fstat(place).st_mode) else WRITE_FILE | READ_FILE
+            allowed &= READ_FILE | WRITE if stat.S_ISDIR(os.fstat(place).st_mode) else READ_FILE | WRITE_FILE
             system.syscall(ADD_RULE, ruleset, 1, struct.pack("=Qi", allowed, place), 0)
             os.close(place)
     if system.prctl(NO_NEW_PRIVILEGES, 1, 0, 0, 0) or system.syscall(RESTRICT_SELF, ruleset, 0):

@@ -92,7 +92,8 @@ def test_a_gross_miss_is_twice_as_far_off_or_no_value(limit: Limit, value: float
 
 
 @pytest.mark.parametrize(
-    ("values", "word"), [([9.0, 11.0, 9.0], "no gross miss"), ([11.0] * 3, "fail"), ([9.0, 21.0, 9.0], "fail")]
+    ("values", "word"),
+    [([9.0, 11.0, 9.0], "no gross miss"), ([11.0] * 3, "fail"), ([9.0, 21.0, 9.0], "fail"), ([11.0], "no gross miss")],
 )
 def test_smoke_fails_for_gross_misses_alone(values: list[float], word: str) -> None:
     assert verdict(AT_MOST, values, smoke=True).word == word

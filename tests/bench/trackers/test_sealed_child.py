@@ -56,25 +56,15 @@ def found(code: str, folder: Path, sealed: tuple[str, ...] | None) -> str:
         "os.rename('{secret}', '{secret}-mine'); os.rename('{secret}-mine', '{secret}'); return open('{secret}/truth').read()",
         "return open('{secret}/truth', 'a').write('lies')",
         "return os.mknod(f'{secret}/{{os.getpid()}}')",
+        "return open('{secret}/../notes', 'a').write('plots of this command for the next one')",
+        "return os.mkdir(f'{secret}/../{{os.getpid()}}')",
         "return open(f'/proc/{{os.getppid()}}/cmdline').read()",
         "return open(f'/proc/{{os.getppid()}}/environ', 'rb').read()",
         "return open(f'/proc/{{os.getppid()}}/maps').read()",
         "return open(f'/proc/{{os.getppid()}}/mem', 'rb').seek(0)",
         "return open(f'/proc/{{os.getppid()}}/cwd/bench-plots/truth').read()",
     ],
-    ids=[
-        "file",
-        "link",
-        "child",
-        "renamed",
-        "written",
-        "made",
-        "command line",
-        "environment",
-        "maps",
-        "memory",
-        "its folder",
-    ],
+    ids="file|link|child|renamed|written|made|notes|folders|command line|environment|maps|memory|its folder".split("|"),
 )
 def test_a_cheat_that_works_in_an_open_run_is_refused_in_a_blind_one(code: str, secret: Path) -> None:
     code = code.format(secret=secret)
