@@ -113,6 +113,8 @@ def _bench(options: argparse.Namespace) -> int:
         loaded = [with_video(scenario, options.answers, shlex.split(options.serve)) for scenario in loaded]
     looks = () if options.smoke or options.fixed or options.seeds < LOOKS[0] else LOOKS
     print(_plan(options.seeds, options.smoke, looks))
+    if options.junit:
+        options.junit.unlink(missing_ok=True)  # an older one would stand for what was not judged
     with executor_of(options) as executor:
         report, runs = bench(
             loaded, options.seeds, options.tracker, options.out, executor, shown, options.plots, options.smoke,

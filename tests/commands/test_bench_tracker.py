@@ -97,6 +97,7 @@ def test_strict_takes_undecided_for_failed_and_junit_says_each_limit(
         assert suite.get("name") == "small" and suite.get("tests") == str(len(cases))
         assert cases["held at least 1"].find(kind) is not None and cases["runs"].find("failure") is None
     assert "1 seeds of each scenario can fail, but 1000 are needed to pass; 38 misses of 1000" in capsys.readouterr().out
+    assert main([*command, "--tracker", "no-such-program"]) == 2 and not Path("bench.xml").exists()
 
 
 def test_failed_runs_are_recorded_about_their_gravest_event(
