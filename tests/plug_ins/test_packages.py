@@ -138,4 +138,4 @@ def test_a_port_beside_a_broken_one(foreign: Foreign, told: dict[str, str]) -> N
     assert message["first"] == 0 and message["shape"][0] == message["count"]
     (line,) = errors.splitlines()
     assert line == BROKEN.format("ports")
-    assert "--count PORT" in told["replay help"] and "--nmea-tcp" not in told["replay help"]
+    assert "--count PORT" in told["replay help"] and "--nmea-in-tcp" not in told["replay help"]
