@@ -194,7 +194,8 @@ def test_after_three_hangs_the_bench_stops(
     monkeypatch.setattr(verdicts, "boundaries", lambda looks: ((2, -1, 10), (9, -1, 10)))
     hangs = program(tmp_path, "import time; time.sleep(60)")
     with pytest.raises(
-        TrackerError, match="no answer to scan 0 within 0.2 s; 3 runs hung, so the bench stops, at small, seed 2"
+        TrackerError,
+        match="no answer \\(a line, flushed\\) to scan 0 within 0.2 s; 3 runs hung, so the bench stops, at small, seed 2",
     ):
         bench([small(tmp_path, 4)], 9, hangs, tmp_path / "out", looks=(2, 9))
     assert len(made) == 3

@@ -127,7 +127,7 @@ class LineTracker(ABC):
 
     def silent(self, scan: int) -> TrackerError:
         """Returns the error of a tracker that does not answer in time."""
-        return TrackerHangs(f"tracker: no answer to scan {scan} within {self.timeout:g} s")
+        return TrackerHangs(f"tracker: no answer (a line, flushed) to scan {scan} within {self.timeout:g} s")
 
 
 def tracks_from_line(line: str, scan: int) -> tuple[TrackState, ...]:

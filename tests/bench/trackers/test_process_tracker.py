@@ -69,7 +69,7 @@ def test_a_program_gets_plots_and_gives_tracks(tmp_path: Path) -> None:
         ("import sys\nfor line in sys.stdin: print('hello', flush=True)", "not understood .*hello"),
         ("import sys, json\nfor line in sys.stdin: print(json.dumps({'type': 'tracks', 'scan': 9, 'tracks': []}), flush=True)",
          "the answer to scan 0 has type 'tracks', scan 9"),
-        ("import time; time.sleep(60)", "no answer to scan 0 within 0.3 s"),
+        ("import time; time.sleep(60)", "no answer \\(a line, flushed\\) to scan 0 within 0.3 s"),
     ],
     ids=["ends", "rubbish", "another scan", "silent"],
 )  # fmt: skip

@@ -88,7 +88,7 @@ EMPTY = json.dumps({"type": "tracks", "scan": 0, "tracks": []})
         (answers(EMPTY.encode()), "is a binary message, not text"),
         (answers(EMPTY, EMPTY), "the answer to scan 1 has type 'tracks', scan 0"),
         (answers("x" * 2000), "closed the connection before it answered scan 0: .*1009"),
-        (silent, "no answer to scan 0 within 0.2 s"),
+        (silent, "no answer \\(a line, flushed\\) to scan 0 within 0.2 s"),
     ],
     ids=["leaves", "rubbish", "binary", "too many answers", "too long", "silent"],
 )  # fmt: skip
