@@ -30,7 +30,7 @@ from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Inst
 from radar_service.scattering.predictions import NEAREST
 from radar_service.scattering.scatterer_set import ScattererSet
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.poses import BodyPoses
+from radar_service.world.poses import BodyPoses, pose_at
 from radar_service.world.scene import Scene
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
@@ -117,7 +117,7 @@ class BeamPassages:
 
     def _placed(self, n: int, evaluated: Sequence[BodyEchoes], time: float) -> list[Floats]:
         """Positions (M, 3) of each of the echoes of body n on the map at `time` [s]."""
-        pose = self._poses.at(np.array([time]), np.array([n])).of_body(0, n)
+        pose = pose_at(self._bodies[n], time)
         return [pose.map_from_frame(echoes.position) for echoes in evaluated]
 
     def node(self, n: int, spoke: int, time: float) -> ObservedEchoes:

@@ -547,7 +547,8 @@ static int lit_part(const Scene *scene, int piece, const Beam *beam, Polygon *pa
         if (!all) cuts[count++] = k;
     }
     if (passes_by(beam, corner, corners)) return 0;
-    *part = piece_of(scene, piece);
+    part->n = corners;
+    memcpy(part->at, corner, (size_t)corners * sizeof(Vec));
     while (count--) /* the plane beyond first */
         if (!keep_before(part, beam->at[cuts[count]])) return 0;
     for (int i = 0; i < part->n; i++) rise = larger(rise, height_over(beam->at[0], part->at[i]));
@@ -623,7 +624,7 @@ static void bounces(Aspect *a, const double *reach, double water) {
                 for (int r = 0; r < a->legs; r++)
                     if (a->view[r].seen[two] > HIDDEN && may_count(direction, a->view[r].leg.ahead, scene->plane[two].normal, reach[two], slack))
                         wanted |= 1 << r;
-                if (!wanted && a->bounces < 3) continue;
+                if (!wanted && (a->bounces < 3 || isinf(reach[two]))) continue; /* as faint ones bounce no further */
                 Polygon region;
                 if (!lit_part(scene, two, &beam, &region)) continue;
                 Vec in = unit_of(vsub(region.at[0], path.eye[1]));

@@ -358,16 +358,17 @@ static void box_in(const View *view, const Polygon *p, double box[6]) {
 
 /* The occluder of a number in a leg's view: a piece, from n on the image in the sea of one, or a screen; its plane too. */
 static Polygon occluder_of(const Scene *scene, const Leg *leg, int number, double water, Plane *plane) {
+    Polygon p; /* one, which is made where it is wanted */
     if (number >= 2 * scene->n) {
-        Polygon screen;
-        screen.n = 3;
-        memcpy(screen.at, leg->screen + 3 * (number - 2 * scene->n), 3 * sizeof(Vec));
-        plane->normal = unit_of(vcross(vsub(screen.at[1], screen.at[0]), vsub(screen.at[2], screen.at[0])));
-        plane->offset = vdot(plane->normal, screen.at[0]);
-        return screen;
+        p.n = 3;
+        memcpy(p.at, leg->screen + 3 * (number - 2 * scene->n), 3 * sizeof(Vec));
+        plane->normal = unit_of(vcross(vsub(p.at[1], p.at[0]), vsub(p.at[2], p.at[0])));
+        plane->offset = vdot(plane->normal, p.at[0]);
+        return p;
     }
     int i = number < scene->n ? number : number - scene->n;
-    Polygon p = piece_of(scene, i);
+    p.n = scene->first[i + 1] - scene->first[i];
+    memcpy(p.at, scene->corner + scene->first[i], (size_t)p.n * sizeof(Vec));
     *plane = scene->plane[i];
     if (number >= scene->n) {
         for (int k = 0; k < p.n; k++) p.at[k].z = 2.0 * water - p.at[k].z;

@@ -9,6 +9,7 @@ import numpy as np
 
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import bearing_text, wrap_bearing
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
 from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
@@ -119,10 +120,14 @@ class Motion:
         return f"{position}, {heading}, {course}{segments}{turn}{loop}"
 
     def pose(self, time: Floats | float) -> Pose:
-        """Returns the state at each `time` (K,) [s]."""
+        """Returns the state at each `time` (K,) [s]; with sway it is kept, and read only."""
         t = np.atleast_1d(np.asarray(time, dtype=np.float64))
         if self.is_straight:
             return self._straight(t)
+        return self._computed(t) if self.sway is None else self._kept.get(t.tobytes(), lambda: self._computed(t))
+
+    def _computed(self, t: Floats) -> Pose:
+        """Computes `pose`."""
         position, velocity, heading = self._upright(t)
         if self.sway is None:
             return Pose(position, velocity, wrap_bearing(heading))
@@ -132,7 +137,15 @@ class Motion:
             position[:, 2] += sway.values[:, 3]
             velocity[:, 2] += sway.rates[:, 3]
         rotation = sway.rotation(heading) if self.sway.tilts else None
+        for shared in (position, velocity, heading, sway.values, rotation):
+            if shared is not None:
+                shared.flags.writeable = False
         return Pose(position, velocity, heading, rotation, sway.values[:, 3])
+
+    @cached_property
+    def _kept(self) -> ResultCache[bytes, Pose]:
+        """Poses at the latest times (K,), which are asked for again."""
+        return ResultCache(8)  # in a strait in a seaway 44 % of the poses asked for are among so many
 
     def upright(self, time: Floats) -> UprightMotion:
         """Returns the motion without its sway at each time (K,) [s]."""

@@ -38,7 +38,7 @@ class Platform:
         """Returns positions (K, 3) east, north, height above the sea [m] at each time (K,) [s] of an antenna at the top of
         an upright mast of `height` [m]; sway tilts and heaves the mast."""
         pose = self.motion.pose(time)
-        position = pose.position
+        position = pose.position.copy()
         position[:, 2] = 0.0 if pose.heave is None else pose.heave
         if pose.rotation is None:
             position[:, 2] += height
