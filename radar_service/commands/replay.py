@@ -54,6 +54,8 @@ def run(options: argparse.Namespace) -> int:
         with opened(options) as ports:
             for recording in recordings if any(port.tells_ships for port in ports) else ():
                 recording.make_scene_again(options.recording.parent)
+            for recording in recordings:
+                recording.together = recordings
             scenes = [[recording] for recording in recordings]
             status = run(options, access, lambda: scenes, refuse, fork_server, ports, ReplayStation)
     return 0 if all(recording.has_ended for recording in recordings) else status

@@ -2,6 +2,7 @@
 
 import contextlib
 import math
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -30,6 +31,7 @@ from radar_service.world.commands import CommandError
 from radar_service.world.error import SceneError
 from radar_service.world.outline import NOT_STEERABLE, outline_of
 from radar_service.world.scene import Scene
+from radar_service.world.steered_motion import MAX_SEGMENTS
 from radar_service.world.steering import Steering
 
 ENDED = "the recording has ended"
@@ -39,11 +41,13 @@ PLAYS = "this radar replays a recording: its scene and rate of rotation stay; se
 class ReplaySpokeSource(Recording):
     """A recording whose end is told to its clients. has_ended: whether all of it was read.
 
+    is_over: whether its radar sends no more; together: the recordings of a command, which ends with the last one.
     sensors: with the laws of own ship's sensors, None before `make_scene_again`.
     no_ships: why there are no `ship_states`, "" where they are not needed: those of `TellsShips`.
     """
 
-    has_ended = False
+    has_ended = is_over = False
+    together: Sequence["ReplaySpokeSource"] = ()
     sensors: ErrorReporter | None = None
     ship_states: Callable[[Sequence[float], Sequence[str | None]], list[ShipStates]]
     no_ships = ""
@@ -51,6 +55,10 @@ class ReplaySpokeSource(Recording):
     def make_scene_again(self, folder: Path) -> None:
         """Builds the scene with its commands, for `ship_states`, or says in `no_ships` why not. folder: of its files."""
         try:
+            if max(Counter(command.body for command in self.commands).values(), default=0) >= MAX_SEGMENTS:
+                raise RecordingError(
+                    f"commands: to a ship are more than {MAX_SEGMENTS - 1}, whose motion is forgotten; record less"
+                )
             steering = Steering(scene := self._scene_again(folder))
             steering.replay(self.commands)
         except (RecordingError, SceneError, CommandError) as error:
@@ -117,7 +125,7 @@ class ReplayStation(Station):
     ) -> None:
         """settings: display controls and range are those of the recording instead."""
         settings = recorded_settings(spoke_source, settings)
-        worker = SpokeWorker(spoke_source, first=spoke_source.first)
+        self._recording, worker = spoke_source, SpokeWorker(spoke_source, first=spoke_source.first)
         super().__init__(identity, spoke_source, *arguments, settings=settings, restarts=0, worker=worker, **options)
         self.sensor_laws = spoke_source.sensors.laws_at if spoke_source.sensors else self.sensor_laws
         self.lacks = {"truth": NO_TRUTH} | ({"ships": spoke_source.no_ships} if spoke_source.no_ships else {})
@@ -131,7 +139,9 @@ class ReplayStation(Station):
 
     def _report_failure(self, reason: str) -> None:
         log_event("radar stopped", radar=self.identity, reason=reason)
-        self.failed()
+        self._recording.is_over = True
+        if all(each.is_over for each in self._recording.together):
+            self.failed()
 
 
 def refuse(scene_request: SceneRequest, progress: Progress) -> SceneSpokeSource:

@@ -12,7 +12,7 @@ import numpy as np
 from radar_service.numerics.frames import wrap_bearing
 from radar_service.numerics.random import generator, name_key
 from radar_service.numerics.types import Floats
-from radar_service.ports.nmea.nmea_port import SentenceSchedule
+from radar_service.ports.nmea.nmea_port import ROUNDING, SentenceSchedule
 from radar_service.ports.nmea.own_ship import OwnShipReport, own_reports
 from radar_service.records.truth import ShipStates
 from radar_service.service.radio.prefetch import SpokeSourceFault
@@ -72,7 +72,7 @@ class Transponders:
     def due(self, station: Station, time: float, begins: float = 0.0) -> list[AisReport]:
         """Returns what is sent from the time of the last call, or `begins`, up to `time` [s of simulation], in order."""
         known = station.epoch.info
-        if known.scene.ais != self._ais or time * TENTHS < self._last:
+        if known.scene.ais != self._ais or time * TENTHS + ROUNDING < self._last:
             self._begin(known.scene.ais, known.seed)
         due = self._schedule.due(time, begins)
         seconds = [instant // TENTHS for instant, is_second in due if is_second]

@@ -57,6 +57,14 @@ def test_what_is_lost_is_not_told() -> None:
     assert heard(station(loss_percent=100), 400.0) == []
 
 
+def test_what_was_sent_is_not_sent_again_while_time_stands_a_rounding_before_a_tenth() -> None:
+    """A spoke's time is a sum: 57.5 s may be a hair less."""
+    of, transponders = station(), Transponders()
+    assert heard(of, 57.0, transponders)
+    transponders.due(of, time := np.nextafter(57.5, 0.0))
+    assert [transponders.due(of, time) for _ in range(3)] == [[], [], []]
+
+
 def test_another_scene_begins_anew() -> None:
     transponders, of = Transponders(), station()
     first = heard(of, 20.0, transponders)
