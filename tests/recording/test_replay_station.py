@@ -89,8 +89,12 @@ async def test_labels_that_are_not_recorded_are_refused(query: str, reason: str,
         assert reason in (await (await server.feed(f"?{query}")).receive())["reason"]
 
 
-async def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path) -> None:
-    station = replayed(recording, 2.0)
+@pytest.mark.parametrize("others_are_over", [True, False])
+async def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording: Path, others_are_over: bool) -> None:
+    """The service ends with the last radar."""
+    station, other = replayed(recording, 2.0), ReplaySpokeSource(recording, "0", 0)
+    assert isinstance(source := station.epoch.spoke_source, ReplaySpokeSource)
+    other.is_over, source.together = others_are_over, (source, other)
     ended = []
     station.failed = lambda: ended.append(True)
     async with playing(station) as server:
@@ -98,7 +102,7 @@ async def test_a_replay_begins_where_it_is_told_and_ends_with_a_reason(recording
         first = await socket.until("spokes")
         assert first["first"] == 0 and first["time"][0] >= 2.0 > first["time"][0] - 60 / 33 / AZIMUTHS
         assert (await socket.until("bye"))["reason"] == "the radar has stopped: the recording has ended"
-    assert ended and isinstance(station.epoch.spoke_source, ReplaySpokeSource) and station.epoch.spoke_source.has_ended
+    assert ended == [True] * others_are_over and source.has_ended
 
 
 async def test_a_damaged_chunk_ends_the_replay_with_its_place(recording: Path, tmp_path: Path) -> None:
