@@ -52,10 +52,10 @@ def run(options: argparse.Namespace) -> int:
     with ended_by_signals(), contextlib.closing(fork_server):
         fork_server.start()
         with opened(options) as ports:
-            for recording in recordings if any(port.tells_ships for port in ports) else ():
-                recording.make_scene_again(options.recording.parent)
             for recording in recordings:
                 recording.together = recordings
+                if any(port.tells_ships for port in ports):
+                    recording.make_scene_again(options.recording.parent)
             scenes = [[recording] for recording in recordings]
             status = run(options, access, lambda: scenes, refuse, fork_server, ports, ReplayStation)
     return 0 if all(recording.has_ended for recording in recordings) else status

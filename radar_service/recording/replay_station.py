@@ -55,10 +55,11 @@ class ReplaySpokeSource(Recording):
     def make_scene_again(self, folder: Path) -> None:
         """Builds the scene with its commands, for `ship_states`, or says in `no_ships` why not. folder: of its files."""
         try:
-            if max(Counter(command.body for command in self.commands).values(), default=0) >= MAX_SEGMENTS:
-                raise RecordingError(
-                    f"commands: to a ship are more than {MAX_SEGMENTS - 1}, whose motion is forgotten; record less"
-                )
+            for ship, count in Counter(command.body or "own ship" for command in self.commands).items():
+                if count >= MAX_SEGMENTS:  # its motion forgets the first ones
+                    raise RecordingError(
+                        f"commands: {ship} has {count}; at most {MAX_SEGMENTS - 1} are replayed; record fewer"
+                    )
             steering = Steering(scene := self._scene_again(folder))
             steering.replay(self.commands)
         except (RecordingError, SceneError, CommandError) as error:

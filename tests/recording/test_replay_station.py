@@ -14,6 +14,7 @@ from radar_service.commands.record import record_scans
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.nmea.nmea_port import NmeaPort
 from radar_service.ports.recorder.service_recorder import RecordingSink
+from radar_service.recording import replay_station
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
@@ -151,13 +152,20 @@ def test_the_display_starts_with_the_recorded_controls(recording: Path, monkeypa
     assert station.settings == replace(FAST, range=20.0, video=replace(FAST.video, gain=71))
 
 
-async def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(tmp_path: Path) -> None:
+async def test_a_recording_of_a_steered_radar_is_served_whole_and_is_not_steered(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of a ship with more commands than a motion remembers the states would be wrong."""
     scene = {**MOVING, "own_ship": {**MOVING["own_ship"], "steerable": {}}}
     steered = Simulator(load_scene(scene), "fast", 1)
     steered.command(spoke=20, course_deg=90)
     steered.command(spoke=100, speed_kn=15)
     with RecordingFile(tmp_path / "steered.mcap") as file:
         record_scans(RadarRecording(file, "0", False), steered, scene, 3, False)
+    for most, reason in ((3, ""), (2, "commands: own ship has 2; at most 1 are replayed; record fewer")):
+        monkeypatch.setattr(replay_station, "MAX_SEGMENTS", most)
+        (source := ReplaySpokeSource(tmp_path / "steered.mcap")).make_scene_again(tmp_path)
+        assert source.no_ships.removeprefix("the recorded scene cannot be built again: ") == reason
     station = replayed(tmp_path / "steered.mcap")
     async with playing(station) as server:
         with pytest.raises(CommandError, match="replays a recording; nothing is steered"):
