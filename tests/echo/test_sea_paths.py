@@ -188,7 +188,7 @@ def test_an_extent_has_the_mean_of_its_heights(distance: float, monkeypatch: pyt
         free = prepared(made.with_world(environment=scene().environment), monkeypatch, span)
         sets = [one.moving.echoes(azimuths) if motion else one.resting.echoes for one in (extended, free)]
         factor = np.abs(sets[0].amplitude / sets[1].amplitude).reshape(-1)
-        for k, d in enumerate(ground):
+        for k, d in list(enumerate(ground))[::4]:
             heights = 8.0 + span * np.linspace(-0.5, 0.5, 301)
             level = abs(image_factor(float(d), 8.0, 15.0, radar, False))
             assert level > 0

@@ -166,6 +166,7 @@ COURSES: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize(
     "own_ship, radar", [*((each, {}) for each in COURSES), (OWN_SHIP, {"eclipsing": True, "pulse_s": 4e-6})]
 )
