@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.constants import KNOT
-from radar_service.plan.run import HORIZON, body_run, ends_at_horizon
+from radar_service.plan.body_errors import HORIZON, body_run, ends_at_horizon
 from radar_service.scattering.predictions import NEAREST
 from radar_service.world.steering import Steering
 from tests.scenes import point, scene

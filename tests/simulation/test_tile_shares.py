@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.simulation.tile_shares import NOBODY, TileShares, shares
+from radar_service.simulation.tile_processes import NOBODY, TileShares, shares
 
 
 @pytest.mark.parametrize("seed", range(12))

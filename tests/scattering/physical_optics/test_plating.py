@@ -13,7 +13,7 @@ from scipy.special import j0, jv
 import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics import plating
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.scattering.physical_optics.patches import COPLANAR, shared_edges
 from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.surface_sampling import normals_and_areas

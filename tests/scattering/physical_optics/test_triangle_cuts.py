@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
+from radar_service.scattering.physical_optics.cast_shadows import above_water, cut
 from tests.scattering.physical_optics.meshes import areas
 
 RNG = np.random.default_rng(4)

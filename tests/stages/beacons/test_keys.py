@@ -9,7 +9,7 @@ from pydantic import ValidationError
 import radar_service as rs
 from radar_service.scene_file.describe import describe
 from radar_service.stages.beacons.beacon import S_BAND, X_BAND, Racon, Sart
-from radar_service.stages.beacons.keys import RaconModel, SartModel
+from radar_service.stages.beacons.effect import RaconModel, SartModel
 from tests.scenes import point, scene
 
 LIGHT = 299_792_458.0
