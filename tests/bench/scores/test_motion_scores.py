@@ -92,7 +92,8 @@ def turning(error_deg: float, scans: int = 100) -> list[ScanResult]:
 
 def test_the_course_is_judged_two_minutes_after_a_turn() -> None:
     assert motion(turning(4.0))["course_after_turn_deg"] == pytest.approx(4.0)
-    assert "course_after_turn_deg" not in motion(turning(4.0, 80))  # 90 s + 120 s are 84 scans
+    assert motion(turning(4.0, 85))["course_after_turn_deg"] == pytest.approx(4.0)  # its last scan is 90 s + 120 s
+    assert "course_after_turn_deg" not in motion(turning(4.0, 84))
     assert "course_after_turn_deg" not in motion(results(scans=90))
 
 

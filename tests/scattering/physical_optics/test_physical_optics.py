@@ -208,11 +208,14 @@ RNG = np.random.default_rng(4)
 
 
 def test_parts_lie_on_their_sides_and_make_up_the_whole() -> None:
-    """200 triangles at random, cut by a plane: areas to rounding."""
+    """200 triangles at random, cut by a plane: areas to rounding. The parts face the way of their triangles."""
     corners = RNG.uniform(-1.0, 1.0, (200, 3, 3))
     normal = np.array([0.3, -0.5, 0.8])
     (kept, first), (lost, second) = cut(corners, corners @ normal - 0.1)
     assert (kept @ normal >= 0.1 - 1e-12).all() and (lost @ normal <= 0.1 + 1e-12).all()
+    for parts, whole in ((kept, first), (lost, second)):
+        ahead = [np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]) for c in (parts, corners[whole])]
+        assert (np.einsum("ij,ij->i", *ahead) > 0.0).all()
     total = np.bincount(first, areas(kept), 200) + np.bincount(second, areas(lost), 200)
     np.testing.assert_allclose(total, areas(corners), rtol=1e-9)
 
