@@ -55,4 +55,6 @@ def test_a_turning_ship_keeps_its_distance() -> None:
     made = scene([point("t", 3000, 0, waypoints=track, turn_radius_m=900, loop=True)])
     time = np.linspace(0, 20_000, 20_000)
     position = made.bodies[0].motion.pose(time).position
-    assert closest_approach(made.own_ship, made.bodies[0].motion) <= np.hypot(position[:, 0], position[:, 1]).min()
+    nearest = np.hypot(position[:, 0], position[:, 1]).min()
+    assert closest_approach(made.own_ship, made.bodies[0].motion) <= nearest
+    assert closest_approach(made.bodies[0].motion, made.own_ship) <= nearest

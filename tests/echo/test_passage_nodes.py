@@ -1,8 +1,19 @@
 """Where nodes lie, and what they weigh between them."""
 
 import numpy as np
+import pytest
 
-from radar_service.echo.passage_nodes import CUBIC_PHASE, Part, node_weights, outward_nodes, part_nodes, stretches
+from radar_service.echo.passage_nodes import (
+    CUBIC_PHASE,
+    EDGE_PHASE,
+    HELD_PHASE,
+    Part,
+    held_spokes,
+    node_weights,
+    outward_nodes,
+    part_nodes,
+    stretches,
+)
 
 
 def test_nodes_are_at_whole_spokes_as_far_apart_as_allowed() -> None:
@@ -44,8 +55,12 @@ def test_a_passage_has_a_part_between_each_two_corners() -> None:
     parts = stretches([-4, 9], 50.0)
     assert [part[:2] for part in parts] == [(-50.0, -5.0), (-4.0, 8.0), (9.0, 50.0)]
     assert [part.nearest for part in parts] == [-5.0, 0.0, 9.0]
-    rate = 0.2  # rad per spoke: nodes are 4 apart
-    nodes = [part_nodes(part, np.ones_like, lambda offset: np.full(len(offset), rate), False) for part in parts]
+    rate = 0.2  # rad per spoke, and beyond the part none: nodes are 4 apart
+    nodes = [
+        part_nodes(part, np.ones_like, lambda at, part=part: rate * ((at >= part.first) & (at <= part.last)), False)
+        for part in parts
+    ]
+    assert [np.diff(each).max() for each in nodes] == [4, 4, 4]
     assert nodes[0].max() == -5 and (nodes[1].min(), nodes[1].max()) == (-4, 8) and nodes[2].min() == 9
     assert nodes[0].min() <= -50 and nodes[2].max() >= 50  # the passage goes on there
     spoke = np.arange(-60.0, 60.0)
@@ -64,6 +79,14 @@ def test_a_part_of_one_spoke_or_that_hardly_changes_has_one_node_next_to_the_cro
             for part in stretches(corners, 40.0)
         ]
         assert [each.tolist() for each in nodes] == [[node] for node in expected]
+    (whole,) = stretches([], 40.0)
+    rms = 40.0 / np.sqrt(3.0)  # of offsets, sampled within 0.1 %
+    assert held_spokes(whole, lambda at: np.full(len(at), 0.05)) == pytest.approx(rms / HELD_PHASE, rel=2e-3)
+    one, more = (
+        part_nodes(whole, np.ones_like, lambda at, most=most: np.full(len(at), most / 40.0), False)
+        for most in (0.99 * EDGE_PHASE, 1.5 * EDGE_PHASE)
+    )
+    assert len(one) == 1 < len(more)
 
 
 def test_all_round_the_crossing_is_a_node_and_nodes_are_twice_as_close() -> None:

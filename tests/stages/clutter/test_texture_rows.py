@@ -106,7 +106,7 @@ def test_texture_moves_with_the_waves_and_own_ship_leaves_it(
         return time[:, None] * np.array(ship)
 
     made = rows(waves, antenna)
-    drawn = [np.concatenate([made.make(scan, 0, ROWS)] * 2).astype(np.float64) for scan in (0, 1)]
+    drawn = [np.concatenate([made.make(scan, 0, ROWS)] * 2).astype(np.float64) for scan in (600, 601)]
     toward = 2.0 * (np.array(waves) - np.array(ship))
     outward = outward_units(ROWS)
     half = 20 if column < 100 else 150
