@@ -159,3 +159,11 @@ def test_they_are_where_they_are_at_the_time() -> None:
 def test_a_pickled_copy_answers_the_same() -> None:
     made = moving((0, 400, 90), (400, 0, 0))
     assert hidden(pickle.loads(pickle.dumps(made)), 1.0) == hidden(made, 1.0) == [0, 1]
+
+
+def test_the_sea_falls_away_below_a_line_of_sight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of many bodies: a box of 5.5 m at 10 km is above the line to a point 5 m high at 20 km, which passes it at 4.1 m."""
+    monkeypatch.setattr("radar_service.trace.moving_occluders.FEW_BODIES", 0)
+    box = {**PILLAR, "name": "b", "position_m": [0, 10_000, 0], "height_m": 5.5, "course_deg": 90}
+    made = MovingOccluders(scene([box]).bodies, 4.0 / 3.0 * 6371e3)
+    assert made.occluded(np.array([[0.0, 20_000.0, 5.0]]), np.array([20_000.0]), ANTENNA, 0.0).all()

@@ -208,4 +208,6 @@ def test_trend_and_vector_are_counted_from_the_acquisition() -> None:
     errors = motion([*lame[:40], *run[40:]])
     assert errors["trend_s"] == errors["vector_s"] == 2.5 * (40 - 4)
     assert motion(lame)["trend_s"] is None  # never
-    assert "vector_s" not in motion(run[:50])  # too short for three minutes
+    assert "vector_s" in motion(run[:73]) and "vector_s" not in motion(run[:72])  # too short for three minutes
+    quick = [replace(one, truths=(replace(one.truths[0], time=0.9 * k),)) for k, one in enumerate(turning(0.0))]
+    assert "trend_s" not in motion(quick)  # 67 scans a minute show a turn too
