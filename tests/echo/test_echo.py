@@ -11,7 +11,17 @@ from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, Par
 from radar_service.echo.closest_approach import closest_approach, nearest_and_top
 from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, Echoes, concatenated
 from radar_service.echo.moving_beam import BeamTable, received_field
-from radar_service.echo.passage_nodes import CUBIC_PHASE, Part, node_weights, outward_nodes, part_nodes, stretches
+from radar_service.echo.passage_nodes import (
+    CUBIC_PHASE,
+    EDGE_PHASE,
+    HELD_PHASE,
+    Part,
+    held_spokes,
+    node_weights,
+    outward_nodes,
+    part_nodes,
+    stretches,
+)
 from radar_service.echo.range_history import parabola
 from radar_service.scattering.model import BodyEchoes
 from radar_service.stages.registry import changed_pattern
@@ -216,7 +226,9 @@ def test_a_turning_ship_keeps_its_distance() -> None:
     made = scene([point("t", 3000, 0, waypoints=track, turn_radius_m=900, loop=True)])
     time = np.linspace(0, 20_000, 20_000)
     position = made.bodies[0].motion.pose(time).position
-    assert closest_approach(made.own_ship, made.bodies[0].motion) <= np.hypot(position[:, 0], position[:, 1]).min()
+    nearest = np.hypot(position[:, 0], position[:, 1]).min()
+    assert closest_approach(made.own_ship, made.bodies[0].motion) <= nearest
+    assert closest_approach(made.bodies[0].motion, made.own_ship) <= nearest
 
 
 # passage_nodes: where nodes lie, and what they weigh between them.
@@ -259,8 +271,12 @@ def test_a_passage_has_a_part_between_each_two_corners() -> None:
     parts = stretches([-4, 9], 50.0)
     assert [part[:2] for part in parts] == [(-50.0, -5.0), (-4.0, 8.0), (9.0, 50.0)]
     assert [part.nearest for part in parts] == [-5.0, 0.0, 9.0]
-    rate = 0.2  # rad per spoke: nodes are 4 apart
-    nodes = [part_nodes(part, np.ones_like, lambda offset: np.full(len(offset), rate), False) for part in parts]
+    rate = 0.2  # rad per spoke, and beyond the part none: nodes are 4 apart
+    nodes = [
+        part_nodes(part, np.ones_like, lambda at, part=part: rate * ((at >= part.first) & (at <= part.last)), False)
+        for part in parts
+    ]
+    assert [np.diff(each).max() for each in nodes] == [4, 4, 4]
     assert nodes[0].max() == -5 and (nodes[1].min(), nodes[1].max()) == (-4, 8) and nodes[2].min() == 9
     assert nodes[0].min() <= -50 and nodes[2].max() >= 50  # the passage goes on there
     spoke = np.arange(-60.0, 60.0)
@@ -279,6 +295,14 @@ def test_a_part_of_one_spoke_or_that_hardly_changes_has_one_node_next_to_the_cro
             for part in stretches(corners, 40.0)
         ]
         assert [each.tolist() for each in nodes] == [[node] for node in expected]
+    (whole,) = stretches([], 40.0)
+    rms = 40.0 / np.sqrt(3.0)  # of offsets, sampled within 0.1 %
+    assert held_spokes(whole, lambda at: np.full(len(at), 0.05)) == pytest.approx(rms / HELD_PHASE, rel=2e-3)
+    one, more = (
+        part_nodes(whole, np.ones_like, lambda at, most=most: np.full(len(at), most / 40.0), False)
+        for most in (0.99 * EDGE_PHASE, 1.5 * EDGE_PHASE)
+    )
+    assert len(one) == 1 < len(more)
 
 
 def test_all_round_the_crossing_is_a_node_and_nodes_are_twice_as_close() -> None:

@@ -9,7 +9,7 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
 from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up
 from radar_service.simulation.source_tiles import SourceTiles
-from radar_service.simulation.tile_shares import NOBODY, TileShares, shares
+from radar_service.simulation.tile_processes import NOBODY, TileShares, shares
 from radar_service.simulator import Simulator
 from radar_service.sources import labels, power_window
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
@@ -47,7 +47,7 @@ def test_auto_is_planned_and_names_are_presets() -> None:
         chosen_fidelity(made, "best")
 
 
-# tile_shares: shares of tiles: consecutive ones to each process, as even as tiles allow, by what they took.
+# tile_processes: shares of tiles: consecutive ones to each process, as even as tiles allow, by what they took.
 @pytest.mark.parametrize("seed", range(12))
 def test_shares_are_consecutive_and_as_even_as_tiles_allow(seed: int) -> None:
     """Each tile belongs to the process in whose share of the time its middle lies, so no share is longer by more than a tile."""
@@ -149,7 +149,7 @@ def test_the_specification_as_printed_tells_no_sources_and_says_why() -> None:
         Simulator(made, "documented", powers="all")
 
 
-# source_truth: the power of sources and radiometric truth of runs with commands: computed from what was commanded at each time.
+# source_tiles: the power of sources and radiometric truth of runs with commands: computed from what was commanded at each time.
 SCENE = {
     "name": "steered",
     "radar": {"azimuths": 128, "beamwidth_deg": 6, "range_max_m": 900, "pulse_s": 1e-6, "rpm": 60},

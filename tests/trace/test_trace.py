@@ -153,3 +153,11 @@ def test_they_are_where_they_are_at_the_time() -> None:
     assert hidden(made, 77.8) == [0, 2]
     ((_, pose, _),) = made.chosen([1], 77.8)
     np.testing.assert_allclose(pose.position, [-400 + 77.8 * 10 * 1852 / 3600, 200, 0], atol=1e-9)  # rounding
+
+
+def test_the_sea_falls_away_below_a_line_of_sight(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As of many bodies: a box of 5.5 m at 10 km is above the line to a point 5 m high at 20 km, which passes it at 4.1 m."""
+    monkeypatch.setattr("radar_service.trace.moving_occluders.FEW_BODIES", 0)
+    box = {**PILLAR, "name": "b", "position_m": [0, 10_000, 0], "height_m": 5.5, "course_deg": 90}
+    made = MovingOccluders(scene([box]).bodies, 4.0 / 3.0 * 6371e3)
+    assert made.occluded(np.array([[0.0, 20_000.0, 5.0]]), np.array([20_000.0]), ANTENNA, 0.0).all()

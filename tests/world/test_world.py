@@ -194,7 +194,7 @@ def test_an_upright_mast_stands_above_the_motion() -> None:
         steady.antenna(np.array([0.0, 3.0]), 15.0), [[100, 50, 15], [106, 50, 15]], rtol=0, atol=ROUNDING
     )
     np.testing.assert_allclose(steady.heading(np.array([0.0, 9.0])), 0.3, rtol=0, atol=ROUNDING)
-    assert steady.upright_from_map(np.zeros(2)) is None
+    assert steady.upright_from_map(np.zeros(2)) is None and steady.text == "at east 100.0, north 50.0 m"
 
 
 def test_roll_moves_the_antenna_to_starboard_and_down() -> None:

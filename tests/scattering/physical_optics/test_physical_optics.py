@@ -12,6 +12,7 @@ import radar_service as rs
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.cast_shadows import above_water, cut
 from radar_service.scattering.physical_optics.edge_limits import BEAM_SHARE, EXTENT_SHARE, MAX_BEND, RANGE_SHARE, EdgeLimits
 from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, shared_edges
 from radar_service.scattering.physical_optics.path_centres import flattest, over_nodes
@@ -19,7 +20,6 @@ from radar_service.scattering.physical_optics.picture import Picture, Windows
 from radar_service.scattering.physical_optics.plane_echoes import PlaneEchoes
 from radar_service.scattering.physical_optics.scattering_centres import Lattice
 from radar_service.scattering.physical_optics.sea_field import FLATTEST, SeaField
-from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.scattering.physical_optics.vessel_walls import dark_share, upright_share, upright_warnings
 from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE, BodyPose
@@ -203,16 +203,19 @@ def test_neighbours_share_an_edge_though_not_its_vertices() -> None:
         assert len(one) == 24 and (np.bincount(np.concatenate([one, other]) // 3) == 3).all()
 
 
-# triangle_cuts: triangles cut along a line keep their area, and each part lies on its own side.
+# cast_shadows: triangles cut along a line keep their area, and each part lies on its own side.
 RNG = np.random.default_rng(4)
 
 
 def test_parts_lie_on_their_sides_and_make_up_the_whole() -> None:
-    """200 triangles at random, cut by a plane: areas to rounding."""
+    """200 triangles at random, cut by a plane: areas to rounding. The parts face the way of their triangles."""
     corners = RNG.uniform(-1.0, 1.0, (200, 3, 3))
     normal = np.array([0.3, -0.5, 0.8])
     (kept, first), (lost, second) = cut(corners, corners @ normal - 0.1)
     assert (kept @ normal >= 0.1 - 1e-12).all() and (lost @ normal <= 0.1 + 1e-12).all()
+    for parts, whole in ((kept, first), (lost, second)):
+        ahead = [np.cross(c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]) for c in (parts, corners[whole])]
+        assert (np.einsum("ij,ij->i", *ahead) > 0.0).all()
     total = np.bincount(first, areas(kept), 200) + np.bincount(second, areas(lost), 200)
     np.testing.assert_allclose(total, areas(corners), rtol=1e-9)
 

@@ -11,7 +11,7 @@ import radar_service as rs
 from radar_service.radar_feed import crossing_from_line
 from radar_service.scene_file.describe import describe
 from radar_service.stages.beacons.beacon import MORSE, S_BAND, X_BAND, Racon, Sart, morse_dots, morse_marks
-from radar_service.stages.beacons.keys import RaconModel, SartModel
+from radar_service.stages.beacons.effect import RaconModel, SartModel
 from tests.scenes import point, scene
 
 # beacon: morse code, timing and bands of racons and SARTs, against the code's own rules and the figures of M.824 and M.628.
@@ -103,7 +103,7 @@ def test_a_sart_sweeps_twelve_times() -> None:
     assert sart().first_dot(9.5e9) == pytest.approx(7.9e-6)
 
 
-# keys: beacons from scene files: units, defaults, and what `check` says of them.
+# effect: beacons from scene files: units, defaults, and what `check` says of them.
 def beacon(**keys: Any) -> Any:
     return scene([point("b", 0, 3000, **keys)]).bodies[0].effects.get("beacon")
 
@@ -236,7 +236,7 @@ def test_no_warning_where_one_radar_is_enough() -> None:
     assert not warnings(takes_the_near_pulse, STRONG | {"sample_rate_hz": 15e6, "pulses": [near, far]})
 
 
-# truth: what the truth says of beacons: against the one-way equation, the profile that the engine makes, and JSON lines.
+# stage: what the truth says of beacons: against the one-way equation, the profile that the engine makes, and JSON lines.
 RADAR = {"range_max_m": 6000, "azimuths": 360, "beamwidth_deg": 4, "rpm": 24, "modulation": "none", "bandwidth_hz": 20e6,
          "pulse_s": 0.1e-6, "sample_rate_hz": 60e6}  # fmt: skip
 FLAT = {"earth": "flat"}

@@ -512,8 +512,8 @@ def test_weights_are_the_pattern_within_reach() -> None:
     assert (first, stop) == (34, 39)
     offset = np.deg2rad([[18, 8, -2, -12, -22], [21, 11, 1, -9, -19]])
     np.testing.assert_allclose(weight, 1.0 - np.abs(offset), rtol=1e-12)
-    _, _, cut = beam_weights(np.deg2rad([0.0, 8.0]), 36, np.ones_like, np.deg2rad(10.0))
-    np.testing.assert_array_equal(cut, [[1, 1, 1], [0, 1, 1]])
+    _, _, cut = beam_weights(np.deg2rad([0.0, 10.0]), 36, np.ones_like, np.deg2rad(10.0))
+    np.testing.assert_array_equal(cut, [[1, 1, 1, 0], [0, 1, 1, 1]])
 
 
 def test_rows_are_made_anew_after_a_change() -> None:
