@@ -5,8 +5,7 @@ import pytest
 
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
-from radar_service.simulation.engine_set_up import engine_set_up
-from radar_service.simulation.source_tiles import SourceTiles
+from radar_service.simulation.engine_set_up import SourceTiles, engine_set_up
 from radar_service.simulator import Simulator
 from radar_service.sources import labels, power_window
 from radar_service.sources.numbers import source_names

@@ -7,7 +7,7 @@ from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.numbers import source_numbers
-from radar_service.sources.resting import resting_fields
+from radar_service.sources.rows import resting_fields
 from tests.alone import Alone
 from tests.scenes import point, scene
 

@@ -12,7 +12,7 @@ import radar_service as rs
 from radar_service.effects import Attenuator, Effect, Stage
 from radar_service.engine import land_rows
 from radar_service.stages.interference.effect import InterferenceEffect
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from tests.scenes import point, scene
 from tests.stages.fixtures import Installed
 

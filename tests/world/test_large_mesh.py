@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.scattering.physical_optics.patches import outward_side
+from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.world import large_mesh
 from radar_service.world.body import Mesh
 from radar_service.world.large_mesh import SLICES, mesh_sample, outward_winding, row_marks

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, shared_edges
+from radar_service.scattering.physical_optics.mesh_quality import concave_sides, outward_side, shared_edges
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, dihedral, plate, sphere
 from tests.scattering.physical_optics.meshes import ODD

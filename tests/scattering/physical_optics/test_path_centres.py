@@ -5,11 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.path_centres import flattest, over_nodes
+from radar_service.scattering.physical_optics.body_legs import FLATTEST, BodyLeg, SeaField
 from radar_service.scattering.physical_optics.plane_echoes import PlaneEchoes
-from radar_service.scattering.physical_optics.scattering_centres import Lattice
-from radar_service.scattering.physical_optics.sea_field import FLATTEST, SeaField
+from radar_service.scattering.physical_optics.scattering_centres import Lattice, flattest, over_nodes
 from radar_service.world.poses import MAP_POSE
 
 POINTS = np.array([[0.0, 0.0, 0.3], [1.0, 2.0, 1.0], [0.5, -1.0, 2.9]])

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.edge_limits import BEAM_SHARE, EXTENT_SHARE, MAX_BEND, RANGE_SHARE, EdgeLimits
+from radar_service.scattering.physical_optics.plane_echoes import BEAM_SHARE, EXTENT_SHARE, MAX_BEND, RANGE_SHARE, EdgeLimits
 from radar_service.world.poses import BodyPose
 
 # body_legs: legs in a body's frame: straight from an eye, and turned with the body.

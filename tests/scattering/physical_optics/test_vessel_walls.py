@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.physical_optics.vessel_walls import dark_share, upright_share, upright_warnings
+from radar_service.scattering.physical_optics.plating import dark_share, upright_share, upright_warnings
 from tests.scattering.physical_optics.test_mesh_quality import judged
 
 UPRIGHT, DARK = "upright, over a reflecting sea", "flat plates: echo at broadside alone"

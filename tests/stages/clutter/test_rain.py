@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.stages.clutter.rain import RAIN_HEIGHT, beam_height, reflectivity
+from radar_service.stages.clutter.clutter import RAIN_HEIGHT, beam_height, reflectivity
 
 EARTH = 4 / 3 * 6_371_000.0
 
