@@ -126,7 +126,7 @@ def test_a_command_whose_arguments_fail_is_told_by_its_package(monkeypatch: pyte
         ("bench-tracker crossing-cpa-500 -o x --jobs 1 --tracker no-such-program", "could not be started"),
         ("bench-tracker crossing-cpa-500 -o x --answers plots", "they are of the video; give --input video too"),
         ("bench-tracker crossing-cpa-500 -o x --input video --answers ttm", "a program that writes TTM"),
-        ("bench-tracker real/autoferry-2 -o x --input video", "its plots are recorded, without video"),
+        ("bench-tracker real/autoferry-2 -o x --input video", "its plots are recorded; leave --input video out"),
         ("bench-tracker --compare a.json b.json", "a.json: No such file"),
         ("bench-detection fly -o x", "there is no such scenario"),
         ("bench-detection crossing-freighters -o x", 'body "eastbound": detection is judged for points'),

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from radar_service.errors.history import ReadingsHistory
-from radar_service.errors.noise import BLOCK, SINUSOIDS, SensorNoise, draws
+from radar_service.errors.sensors import BLOCK, SINUSOIDS, SensorNoise, draws
 from radar_service.records.reports import Readings
+from radar_service.service.radio.error_stage import ReadingsHistory
 
 
 # history: true readings of earlier spokes, from a memory of bounded size.

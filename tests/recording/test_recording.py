@@ -19,8 +19,7 @@ from radar_service.__main__ import main
 from radar_service.commands.record import record_scans
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
-from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.epochs import epochs_of, radars_with_epoch, recorded_radars
+from radar_service.recording.chunk_table import ChunkTable, epochs_of, radars_with_epoch, recorded_radars
 from radar_service.recording.json_schema import COMPRESSED_IMAGE, SCENE, schema_of, truth_schema
 from radar_service.recording.plain import plain, restored
 from radar_service.recording.radar_recording import RadarRecording

@@ -13,8 +13,17 @@ import radar_service as rs
 from radar_service.display.video import Controls, display_video
 from radar_service.numerics.constants import KNOT
 from radar_service.service import access as access_module
-from radar_service.service.access import MAX_TICKETS, TICKET_SECONDS, Access, Tickets, checked_token, is_loopback
-from radar_service.service.blind import told_fields, told_plan, told_warnings
+from radar_service.service.access import (
+    MAX_TICKETS,
+    TICKET_SECONDS,
+    Access,
+    Tickets,
+    checked_token,
+    is_loopback,
+    told_fields,
+    told_plan,
+    told_warnings,
+)
 from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.poses import MAX_EXTRAPOLATION, PoseReader
 from radar_service.service.scene_request import ProcessSimulator, cell_layout

@@ -16,12 +16,11 @@ from radar_service.batch.jobs import Outcome
 from radar_service.batch.worker_processes import WorkerDied
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.sweep import sweep as sweep_module
-from radar_service.sweep import task as task_module
 from radar_service.sweep.estimate import COPIES, HOUR, estimate
 from radar_service.sweep.layout import CHUNK_BYTES, StoreLayout, layout_of
 from radar_service.sweep.spec import SweepError, SweepSpec, json_schema, load_spec
 from radar_service.sweep.store import SweepStore, lay_out
-from radar_service.sweep.task import RunTask, run
+from radar_service.sweep.sweep import RunTask, run
 from tests.batch.loopback_cluster import loopback_cluster
 from tests.sweep.killing import ended, files, killed, moments, started
 from tests.sweep.sweeps import SCENE, SPEC, content, inputs, open_dataset, swept, written
@@ -196,6 +195,7 @@ def test_it_adds_up_what_it_measures(tmp_path: Path) -> None:
     lines = str(taken).splitlines()
     assert lines[0] == "100 runs of 3 scans of 60 x 40" and "CPU hours on this machine" in lines[1]
     assert lines[-2].startswith(f"{layout.bytes / 1e6:.3g} MB of arrays") and "memory a worker" in lines[-1]
+    assert f"; 2 chunks a run of {len(layout.arrays)} arrays" in lines[-2]  # of two scans each
 
 
 def test_bytes_are_those_that_a_sweep_leaves(tmp_path: Path) -> None:
@@ -244,6 +244,7 @@ def test_what_is_known_before_the_first_run_is_a_coordinate(tmp_path: Path) -> N
     )
     assert values["body.buoy.rcs_dbsm"] == [5.0, 5.0, 15.0, 15.0] and values["environment.noise"] == [True] * 4
     assert values["body.cube.position_m"] == ["[200, 100, 0]"] * 4 and len(set(values["seed"])) == 4
+    assert values["radar_id"] == [""] * 4
     assert values["range"] == pytest.approx((np.arange(40) + 0.5) * 15.0, rel=0.01)  # 600 m, but for the last cell
     assert all(each.values.shape == tuple(of.sizes[dim] for dim in each.dims) for each in of.coordinates.values())
 
@@ -400,7 +401,7 @@ def test_a_run_has_the_values_of_a_simulator(tmp_path: Path) -> None:
 def test_a_finished_run_is_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store = laid_out(tmp_path)
     run(RunTask(store.address, store.digest, 0))
-    monkeypatch.setattr(task_module, "Simulator", None)
+    monkeypatch.setattr(sweep_module, "Simulator", None)
     run(RunTask(store.address, store.digest, 0))
 
 
@@ -416,13 +417,13 @@ def test_a_run_that_is_made_again_has_the_same_bytes(tmp_path: Path) -> None:
 
 def test_runs_that_differ_in_seed_alone_share_a_scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store, loaded = laid_out(tmp_path, SPEC.replace("seeds", "seed = 9\nseeds")), list[int]()  # none that others have kept
-    scene = task_module.Inputs.scene
+    scene = sweep_module.Inputs.scene
 
     def counted(of: Any, one: Any) -> Any:
         loaded.append(one.number)
         return scene(of, one)
 
-    monkeypatch.setattr(task_module.Inputs, "scene", counted)
+    monkeypatch.setattr(sweep_module.Inputs, "scene", counted)
     for number in (0, 1, 2, 3, 0):
         run(RunTask(store.address, store.digest, number))
     assert loaded == [0, 2]
@@ -446,7 +447,7 @@ def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
 @pytest.mark.parametrize("what", ["program", "arithmetic"])
 def test_a_worker_that_would_make_other_bytes_refuses(what: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store = laid_out(tmp_path)
-    monkeypatch.setattr(task_module, what, lambda: "another")
+    monkeypatch.setattr(sweep_module, what, lambda: "another")
     with pytest.raises(
         SweepError, match=f"^{what}: this worker has another, and the store .*; bytes would differ: use equal"
     ):

@@ -18,10 +18,8 @@ from websockets.server import ServerProtocol
 
 from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import FeedPort
-from radar_service.ports.http.connection_limits import LimitedProtocol
 from radar_service.ports.http.conversation import close_reason, until_first_ends
-from radar_service.ports.http.requests import Requests
-from radar_service.ports.http.server import Server
+from radar_service.ports.http.server import LimitedProtocol, Requests, Server
 from radar_service.ports.http.websocket import OPEN, FramedWebSocket
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.rest.rest_port import RestPort
@@ -138,7 +136,7 @@ async def test_other_refusals_have_codes_of_their_own() -> None:
     ("path", "most"),
     [
         ("/api/radars/0/truth/stream", "service.radio.truth_stream.MAX_FOLLOWERS"),
-        ("/api/changes", "ports.rest.change_feed.MAX_CLIENTS"), ("/signalk/v1/stream", "ports.signalk.stream.MAX_CLIENTS"),
+        ("/api/changes", "ports.rest.websockets.MAX_CLIENTS"), ("/signalk/v1/stream", "ports.signalk.stream.MAX_CLIENTS"),
     ],
 )  # fmt: skip
 async def test_too_many_clients_are_refused_until_one_leaves(path: str, most: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -181,7 +179,7 @@ def test_a_request_that_waits_for_a_job_is_told_that_it_was_cancelled(method: st
 
 def test_a_request_that_nothing_ends_is_told_that_the_server_stops(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its body does not come any more."""
-    monkeypatch.setattr("radar_service.ports.http.requests.ANSWER_SECONDS", 0.01)
+    monkeypatch.setattr("radar_service.ports.http.server.ANSWER_SECONDS", 0.01)
     requests, begun = Requests(), asyncio.Event()
 
     async def body() -> Any:

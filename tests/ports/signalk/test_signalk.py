@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from radar_service.ports import signalk
 from radar_service.ports.signalk.answers import problem, report
+from radar_service.ports.signalk.codec import SpokeFields, last_spokes, spoke_bytes, varint
 from radar_service.ports.signalk.controls import UnknownControlError
-from radar_service.ports.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes, varint
 from radar_service.ports.signalk.radars import Radars, legend
 from radar_service.ports.signalk.signalk_port import POLICY
 from radar_service.processes.limits import MachineBusyError

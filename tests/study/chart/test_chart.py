@@ -17,20 +17,26 @@ from radar_service.radar.patterns import PATTERNS, Table, Taylor
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes
 from radar_service.study.chart import chart
-from radar_service.study.chart.canonical_targets import canonical_targets
-from radar_service.study.chart.closed_form import beam, compressed_pulse
+from radar_service.study.chart.figure import summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, all_scatterers, frozen, is_diffuse, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto, time_interleaved
-from radar_service.study.chart.power_panel import mean_and_spread, power_points, target_windows
-from radar_service.study.chart.reference_surface import ReferenceSurface, Window
-from radar_service.study.chart.samplers import powers_in, ray_powers, samplers, scatterer_powers
+from radar_service.study.chart.power_panel import (
+    mean_and_spread,
+    power_points,
+    powers_in,
+    ray_powers,
+    samplers,
+    scatterer_powers,
+    target_windows,
+)
+from radar_service.study.chart.reference_surface import ReferenceSurface, Window, beam, compressed_pulse
 from radar_service.study.chart.scattering_panel import (
+    canonical_targets,
     coherent_cross_sections,
     random_turns,
     scattering_points,
     targets_scene,
 )
-from radar_service.study.chart.summary import summary, summary_text
 from tests.reference.compressed_pulse import compressed_pulse as other_pulse
 from tests.reference.point_scene import other_chirp
 from tests.scenes import point, radar, scene
@@ -176,6 +182,8 @@ def test_cross_sections_of_the_canonical_targets() -> None:
                 "trihedral": 4 * np.pi * 160_000 / 3}  # fmt: skip
     assert facing == {name: pytest.approx(value * 0.0009, rel=1e-9) for name, value in textbook.items()}
     assert facing == {target.name: target.facing for target in targets}
+    plate = targets[2]  # turns half way to its first null
+    assert plate.cross_section(np.array([2.0 * plate.max_turn]))[0] < 1e-6 * plate.facing
 
 
 # closed_form: the closed form of the chart, against other derivations.
