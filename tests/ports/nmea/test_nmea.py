@@ -1,14 +1,99 @@
-"""Sentences, read by pynmea2 and by a reader of a few lines, with a checksum of its own."""
+"""The short modules of the NMEA port, each under its name."""
 
+import contextlib
 import math
+import socket
+from dataclasses import replace
 from datetime import UTC, datetime
 
+import numpy as np
 import pynmea2
 import pytest
 
-from radar_service.ports.nmea import sentences
+from radar_service.ports.nmea import listeners, sentences
+from radar_service.ports.nmea.listeners import TcpSender, bound, may_come
+from radar_service.ports.nmea.own_ship import (
+    delayed_times,
+    fast_sentences,
+    readings_of,
+    report,
+    slow_sentences,
+    spoke_before,
+)
+from radar_service.ports.udp.addresses import Address
+from radar_service.records.truth import ShipStates
+from radar_service.terminal.arguments import UsageError
+from radar_service.world.outline import outline_of
 from tests.ports.nmea.reading import fields_of, read
+from tests.ports.nmea.test_senders import HERE, free_port
+from tests.service.fake import scene
 
+
+# listeners: who may connect, and how many.
+def test_another_machine_needs_a_permission() -> None:
+    for allowed, expected in (([], [False, False]), (["10.0.0.2"], [True, False]), (None, [True, True])):
+        assert [may_come(host, allowed) for host in ("10.0.0.2", "10.0.0.3")] == expected
+        assert all(may_come(host, allowed) for host in ("127.0.0.1", "::1", "::ffff:127.0.0.1"))
+    assert may_come("::ffff:10.0.0.2", ["10.0.0.2"]) and not may_come("fe80::1%eth0", ["10.0.0.2"])
+
+
+def test_a_machine_that_may_not_come_is_told_so(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+    monkeypatch.setattr(listeners, "is_loopback", lambda host: False)
+    listener = TcpSender("--nmea-tcp", Address(HERE, free_port()), [])
+    with contextlib.closing(socket.create_connection(listener.address, timeout=10)) as client:
+        while not listener.refused:
+            listener.accept()
+        assert fields_of(client.recv(100)) == ("RATXT", ["01", "01", "01", "this machine is not allowed"])
+    assert [record.message for record in caplog.records] == ["client refused"] and not listener.clients
+    listener.close()
+
+
+def test_what_fails_after_a_socket_is_bound_closes_it() -> None:
+    def prepare(opened: socket.socket) -> None:
+        raise OSError(19, "No such device")
+
+    where = Address(HERE, free_port())
+    with pytest.raises(UsageError, match="--x: .* cannot be opened \\(No such device\\)"):
+        bound("--x", where, socket.SOCK_STREAM, prepare)
+    bound("--x", where, socket.SOCK_STREAM, lambda opened: None).close()
+
+
+# own_ship: own ship as its sensors report it at one instant.
+SCENE = outline_of(scene())
+START = datetime(2028, 2, 28, 23, 59, 59, tzinfo=UTC)
+STATES = ShipStates(
+    np.array([0.0, 1.0]), np.zeros((2, 3)), np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]), np.array([0.5, 0.0]), np.zeros(2),
+    np.ones(2, dtype=np.bool_),
+)  # fmt: skip
+
+
+def test_a_leap_day_begins() -> None:
+    made = report(START, STATES, 1, replace(SCENE, origin=(0.0, 0.0)), readings_of(STATES).part(slice(1, 2)), (0.0, 0.0))
+    assert (made.utc.month, made.utc.day, made.position) == (2, 29, (0.0, 0.0))
+
+
+def test_components_are_from_the_bow() -> None:
+    """5 m/s to the north-east by east, the bow at north; the log shows 10 m/s."""
+    true = readings_of(STATES).part(slice(1, 2))
+    assert true.course[0] == pytest.approx(math.atan2(3.0, 4.0), rel=1e-15)
+    streaming = replace(SCENE, origin=None, stream=(3.0, 0.0))
+    made = report(START, STATES, 1, streaming, true._replace(speed=true.speed + 5.0), (0.0, 0.0))
+    assert made.ground == pytest.approx((8.0, 6.0), rel=1e-12)
+    assert made.water == pytest.approx((9.0, 0.0), abs=1e-12)
+    assert made.position is None and len(slow_sentences(made)) == 5 and len(fast_sentences(made)) == 2
+
+
+def test_the_course_of_who_stands_is_its_heading() -> None:
+    assert readings_of(STATES).course[0] == 0.5
+
+
+def test_a_sensor_with_latency_tells_of_an_earlier_spoke() -> None:
+    radar = scene().radar  # 24 spokes in 2.5 s
+    assert spoke_before(radar, 2.5).tolist() == [24] and spoke_before(radar, 2.49).tolist() == [23]
+    assert delayed_times(radar, 2.5, 1.25).tolist() == [1.25] and delayed_times(radar, 0.3, 9.0).tolist() == [0.0]
+
+
+# sentences: sentences, read by pynmea2 and by a reader of a few lines, with a checksum of its own.
 KNOT = 1852.0 / 3600.0
 HALF = 0.5 + 1e-6  # of the last digit, and the rounding of decimal numbers
 YEAR_END = datetime(2026, 12, 31, 23, 59, 59, 900_000, tzinfo=UTC)

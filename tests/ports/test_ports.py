@@ -1,4 +1,4 @@
-"""Refusals in the shape of a protocol: below its paths alone, and only what has no shape of its own."""
+"""The short modules of ports, each under its name."""
 
 import asyncio
 import json
@@ -8,9 +8,41 @@ import pytest
 from starlette.responses import JSONResponse, Response
 from starlette.types import ASGIApp
 
+from radar_service.ports.app import create_app
+from radar_service.ports.feed.feed_socket import FeedPort
+from radar_service.ports.port import Port
+from radar_service.ports.port_host import PortHost
 from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
+from radar_service.records.cell_sources import SourceRequest
+from radar_service.service.settings import Settings
+from tests.ports.asgi import running
+from tests.ports.playing import playing, station
 
 
+# app: the whole application: the page.
+async def test_the_page_is_served() -> None:
+    async with playing() as server:
+        answer = await server.http.get("/")
+        assert answer.status_code == 200 and "text/html" in answer.headers["content-type"]
+        assert (await server.http.get("/../pyproject.toml")).status_code == 404
+
+
+# port: a port overrides what it has: one that overrides nothing has nothing, and a service runs with it.
+class Bare(Port):
+    name = "bare"
+
+
+async def test_a_port_that_overrides_nothing_does_nothing() -> None:
+    host = PortHost((FeedPort(), bare := Bare()))
+    assert host.sources == SourceRequest() and host.sinks("0") == []
+    async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
+        assert (await (await server.feed()).spokes(5))[0]["first"] == 0
+    bare.close()
+    thread = host.threads[bare]
+    assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)
+
+
+# refusal_shapes: refusals in the shape of a protocol: below its paths alone, and only what has no shape of its own.
 def answer(app: ASGIApp, path: str) -> tuple[int, bytes]:
     """Status and body of an answer, whose length must be that of its head."""
     sent: list[Any] = []
