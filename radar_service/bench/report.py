@@ -53,7 +53,7 @@ def word_of(scenario: Mapping[str, Any]) -> str:
 
 
 def table(form: str, rows: Iterable[Sequence[object]]) -> list[str]:
-    """Returns the lines of a table, of which the first row has the heads. form: of a line, as str.format takes it."""
+    """Returns the lines of a table, the heads first. form: of a line, with the widths of its columns."""
     return [form.format(*row).rstrip() for row in rows]
 
 
@@ -126,7 +126,7 @@ def verdict_table(report: Mapping[str, Any]) -> str:
     ]  # fmt: skip
     heads = ("scenario", "metric", "95 % value", "limit", "unit", "missed", "verdict")
     lines = table("{:26.26} {:28.28} {:>10} {:>16} {:8} {:>9}  {}", [heads, *rows])
-    lines += [f"{scenario['name']}: {said}" for scenario in report["scenarios"] if (said := always_failed(scenario))]
+    lines += [f"{scenario['name']}: {words}" for scenario in report["scenarios"] if (words := always_failed(scenario))]
     lines += [f"{scenario['name']}: remark: {scenario['remark']}" for scenario in report["scenarios"] if scenario["remark"]]
     return "\n".join([*lines, *failure_lines(report), *again_lines(report)]) + "\n"
 

@@ -41,10 +41,9 @@ def climb(
     progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, names: Sequence[str] = (),
     blind: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
-    """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
+    """Runs trackers, each tried first, and REFERENCE on each rung of ladders, and returns the report as plain data.
 
-    trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. names: as of
-    `names_of`; blind: whether programs are told no seeds, which then are salted for all. Others as in `bench`. Raises
+    names: as of `names_of`; blind: whether programs are told no seeds, which then are salted. Others as in `bench`. Raises
     ScenarioError, JobsFailed, TrackerError and OSError.
     """
     its_name = names_of(trackers, names)

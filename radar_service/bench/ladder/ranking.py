@@ -1,9 +1,7 @@
-"""Which of several trackers is better, and which cannot be told apart: each seed gives all of them the same plots, so differences
-are paired by seed.
+"""Which of several trackers is better, and which cannot be told apart: differences are paired by seed, which has one set of plots.
 
-Intervals are those of the bootstrap (Efron 1979). Two trackers are compared by the paired randomisation test (Fisher 1935): were
-they equal, the difference of each seed would have either sign with the same chance. Holm (1979) keeps the level of
-all pairs of a table, so there are few: each tracker is compared with the reference.
+Intervals: bootstrap (Efron 1979). Pairs: randomisation test (Fisher 1935), the reference with each other tracker, with the level of
+all pairs kept by Holm (1979).
 """
 
 from collections.abc import Mapping, Sequence

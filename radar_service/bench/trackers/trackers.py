@@ -19,13 +19,9 @@ from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTra
 
 
 def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | None = None) -> Tracker:
-    """Returns a new tracker by name.
+    """Returns a new tracker by name: of an entry point, as "gnn"; "ws://..." or "wss://..."; "module:callable"; or a command.
 
-    The name of an entry point of the group of trackers, as "gnn" and "jpda", the reference; "ws://..." or "wss://...": a server;
-    "module:callable": what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
-    header: what a server or command gets first, with `radar`, the data sheet, by which a reference is tuned.
-    sealed: folders that a program cannot read; None for an open run.
-    Commands and callables of others run in processes of their own, which go on with the next run where they ask for it.
+    header: what it gets first, with `radar`, the data sheet. sealed: folders that a program cannot read; None for an open run.
     Raises TrackerError, PlugInError, and MissingExtra.
     """
     if is_built_in(name):
@@ -42,11 +38,8 @@ def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | No
 
 
 def program_digest(name: str) -> str:
-    """Returns a hash of what stands behind a tracker's name: runs of another program are not mixed with its own.
-
-    The files that a command names, the file of a Python module, the version of Stone Soup. What these import or call is not
-    looked at, and nothing is known of a server. Raises OSError and PlugInError.
-    """
+    """Returns a hash of the files that a command names, of a Python module, or of the version of Stone Soup; not of what these
+    import, and "" of a server. Raises OSError and PlugInError."""
     if is_built_in(name):
         return _installed("stonesoup")
     if name.startswith(SCHEMES):
