@@ -1,7 +1,7 @@
-"""Which of several trackers is better, and which cannot be told apart: differences are paired by seed, which has one set of plots.
+"""Which of several trackers is better, and which cannot be told apart: differences are paired by seed.
 
-Intervals: bootstrap (Efron 1979). Pairs: randomisation test (Fisher 1935), the reference with each other tracker, with the level of
-all pairs kept by Holm (1979).
+Intervals: bootstrap (Efron 1979). Pairs: randomisation test (Fisher 1935), the reference with each other tracker; Holm (1979)
+keeps the level of all pairs.
 """
 
 from collections.abc import Mapping, Sequence

@@ -47,7 +47,9 @@ def program_digest(name: str) -> str:
     if name in plug_ins.names("trackers"):
         name = plug_ins.entry("trackers", name).value
     files = [_file_of(name.partition(":")[0])] if _is_callable(name) else _files(name)
-    return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
+    return hashlib.blake2b(
+        b"".join(hashlib.blake2b(file.read_bytes()).digest() for file in files if file), digest_size=8
+    ).hexdigest()
 
 
 def is_built_in(name: str) -> bool:
@@ -64,12 +66,6 @@ def _is_callable(name: str) -> bool:
     return name.count(":") == 1 and " " not in name and "/" not in name
 
 
-def _import_from_here() -> None:
-    """Lets modules of the working folder be imported, as `python -m` does."""
-    if os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())
-
-
 def _installed(package: str) -> str:
     try:
         return f"{package} {importlib.metadata.version(package)}"
@@ -79,7 +75,8 @@ def _installed(package: str) -> str:
 
 def _file_of(module: str) -> Path | None:
     """The file of a module; None where there is none, which `tracker_for` then says."""
-    _import_from_here()
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())  # modules are found there, as `python -m` finds them
     try:
         spec = importlib.util.find_spec(module)
     except (ImportError, ValueError, AttributeError):
@@ -96,8 +93,3 @@ def _files(command: str) -> list[Path]:
     its_file = shutil.which(program)
     named = [Path(word.partition("=")[2] or word) for word in rest]  # --settings=file names a file too
     return [*([Path(its_file)] if its_file else []), *(path for path in named if os.path.isfile(path))]
-
-
-def _file_digest(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "blake2b").digest()
