@@ -77,9 +77,9 @@ def detection_study(
         scene, cells = study_scene(scenario, multipath, ranges)
         judged_targets = []
         for number, target in enumerate(targets):
-            own = cells.target == number
-            distance = (cells.cell[own] + 0.5) * scene.radar.range_step
-            judged_targets.append(judged(scene, target, scans, distance, cells.predicted[own], counts[:, own]))
+            of_target = cells.target == number
+            distance = (cells.cell[of_target] + 0.5) * scene.radar.range_step
+            judged_targets.append(judged(scene, target, scans, distance, cells.predicted[of_target], counts[:, of_target]))
         series.append({"environment": ENVIRONMENTS[multipath], "targets": judged_targets})
     return {
         "schema": SCHEMA, "scenario": scenario.name, "question": scenario.question, "source": scenario.source, "scans": scans,
