@@ -168,3 +168,5 @@ def test_cross_sections_of_the_canonical_targets() -> None:
                 "trihedral": 4 * np.pi * 160_000 / 3}  # fmt: skip
     assert facing == {name: pytest.approx(value * 0.0009, rel=1e-9) for name, value in textbook.items()}
     assert facing == {target.name: target.facing for target in targets}
+    plate = targets[2]  # turns half way to its first null
+    assert plate.cross_section(np.array([2.0 * plate.max_turn]))[0] < 1e-6 * plate.facing
