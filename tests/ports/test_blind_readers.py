@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from radar_service.ports.rest import pictures
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
