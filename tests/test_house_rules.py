@@ -19,16 +19,14 @@ MIN_LINES, MAX_LINES = 40, 400  # of a file
 SHORT = {  # files below MIN_LINES that are right so: what several need and nobody owns, or what a rule gives a file of its own
     "clients/ppi": "address errors",
     "radar_service": "public_names pytest_plugin strict_json",
-    "radar_service/bench": "ppi_picture",
-    "radar_service/commands": "check plan schema simulator_options stability",
+    "radar_service/commands": "check plan schema stability",
     "radar_service/display": "last_scan",
-    "radar_service/errors": "history",
     "radar_service/numerics": "constants gamma_law kaiser_bessel ragged types",
     "radar_service/ports/ais": "ais_port",
     "radar_service/processes": "stop_signals",
     "radar_service/recording": "error mcap_library",
     "radar_service/records": "plan_item",
-    "radar_service/service": "blind settings token_bucket",
+    "radar_service/service": "settings token_bucket",
     "radar_service/terminal": "extras html_pages",
     "radar_service/world": "error",
 }

@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
-from radar_service.commands.simulator_options import simulator_options
+from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, simulator_options
 from radar_service.display.last_scan import last_scan_png
 from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
 from radar_service.display.video import Controls, layout

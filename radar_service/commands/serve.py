@@ -21,8 +21,8 @@ from radar_service.commands.shared_options import (
     add_network,
     add_threads,
     service_groups,
+    simulator_options,
 )
-from radar_service.commands.simulator_options import simulator_options
 from radar_service.ports.registry import add_ports, opened
 from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer

@@ -7,8 +7,7 @@ import signal
 from collections.abc import Callable, Sequence
 
 from radar_service.ports.app import create_app
-from radar_service.ports.http.requests import Requests
-from radar_service.ports.http.server import MAX_CONNECTIONS, Server, configuration, listening_socket
+from radar_service.ports.http.server import MAX_CONNECTIONS, Requests, Server, configuration, listening_socket
 from radar_service.ports.port import Port
 from radar_service.ports.port_host import PortHost
 from radar_service.processes.fork_server import ForkServer

@@ -33,9 +33,8 @@ from radar_service.plan.cost_model import (
     engine_statistics,
     first_visibility_update,
 )
-from radar_service.plan.credibility import held
 from radar_service.plan.culling import CulledBody
-from radar_service.plan.plan import plan_for
+from radar_service.plan.plan import held, plan_for
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.records.fidelity import PRESETS

@@ -28,7 +28,7 @@ from radar_service.ports.roles import needs
 from radar_service.records.truth import Truth
 from radar_service.scene_file.error_tables import error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
-from radar_service.service.blind import told_fields, told_plan
+from radar_service.service.access import told_fields, told_plan
 from radar_service.service.codecs.codec import CODECS
 from radar_service.service.codecs.native import messages
 from radar_service.service.controls import control_definitions

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.checks.mesh_axes import axis_findings
-from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
+from radar_service.scene_file.checks.mesh_findings import axis_findings, mesh_notes, mesh_warnings
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.model.body import MeshBodyModel
 from radar_service.world.poses import pose_at

@@ -11,7 +11,7 @@ import trimesh
 
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers.file_format import MAX_FACES, check_face_count, check_range, refusals
-from radar_service.scene_file.readers.gltf_check import check_gltf
+from radar_service.scene_file.readers.glb import check_gltf
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
 from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
