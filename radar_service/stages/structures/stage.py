@@ -68,7 +68,7 @@ class StructureStage(Stage):
     have what structures take from the beam.
 
     They come from the range histories of moving echoes, with a beam of gain 1 all round. So bodies by aspect have echoes at the
-    azimuths that light a structure too, where the beam has long passed them: with the aspect of its crossing (`held_passages`),
+    azimuths that light a structure too, where the beam has long passed them: with the aspect of its crossing (`reflection`),
     or with nodes as close as on boresight.
     """
 
