@@ -1,23 +1,40 @@
-"""Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it."""
+"""Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it.
 
+A body in plain sight is told by its outermost vertices. What others hide in part is asked in points of its faces.
+
+Truth files are JSON Lines: a header, and for each scan its crossings and a snapshot of all bodies at its end. SI units and
+radians, bearings clockwise from true north; the keys are the fields of `records.truth.Crossing` and `records.truth.Snapshot`.
+Each line has a `type`: header, crossing or snapshot. Absent values are null. The hash of a scene is of all that it contains: two
+scenes with equal hashes give the same truth and the same spokes.
+"""
+
+import hashlib
+import json
 import math
-from collections.abc import Callable
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
+from functools import cached_property, partial
+from importlib.metadata import version
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from radar_service.echo.second_time_around import apparent_range
 from radar_service.numerics.frames import polar_from_map, wrap_bearing
 from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
+from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import horizon
-from radar_service.records.truth import BodyTruth, Truth
-from radar_service.scattering.models import height_over_horizon
+from radar_service.records.truth import BodyTruth, Crossing, Snapshot, Truth
+from radar_service.scattering.models import height_over_horizon, scattering_model
+from radar_service.scattering.surface_sampling import R2, normals_and_areas, points_in_triangles
 from radar_service.stages.points import observed_offset
-from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.occluder import beyond_horizon
-from radar_service.truth.surface_search import SurfaceSearch
+from radar_service.world.body import Mesh
 from radar_service.world.geo import geographic_from_map
 from radar_service.world.motion import Pose
 from radar_service.world.poses import pose_at
@@ -26,6 +43,17 @@ from radar_service.world.stream import through_water
 
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 VISIBLE = len(REASONS) - 1  # tests that a visible point passes
+OUTWARD = np.array(
+    [[0, 0, 8], [1, 1, 2], [1, -1, 2], [-1, 1, 2], [-1, -1, 2], [1, 0, 0.1], [-1, 0, 0.1], [0, 1, 0.1], [0, -1, 0.1]]
+)  # top, upper corners, sides
+VERTICES = 2**18  # at a time
+FACE_POINTS = 4096  # of a body, spread evenly over the area of its faces: 15 mm apart on a wall of 60 m, seen from its foot
+FIRST = 8  # of so many points one is asked first, which tells most bodies
+MAX_SURFACES = 512  # whose points are kept: 130 KB each
+Candidates = tuple[
+    Floats, Callable[[Indices], Flags]
+]  # points (W, 3) on the map [m], and which of them, by index, are visible
+SCHEMA = 1  # version of these keys
 
 
 class GroundTruth:
@@ -175,3 +203,140 @@ def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | 
 
 def _triple(vector: Floats) -> tuple[float, float, float]:
     return float(vector[0]), float(vector[1]), float(vector[2])
+
+
+def outermost(mesh: Mesh) -> Floats:
+    """The vertices (K, 3) that lie farthest out in the directions of OUTWARD, in the body's own frame [m]."""
+    vertices, farthest, index = mesh.used_vertices, np.full(len(OUTWARD), -np.inf), np.zeros(len(OUTWARD), dtype=np.int64)
+    for start in range(0, len(vertices), VERTICES):
+        reach = vertices[start : start + VERTICES] @ OUTWARD.T
+        first, most = reach.argmax(axis=0), reach.max(axis=0)
+        index, farthest = np.where(most > farthest, start + first, index), np.maximum(most, farthest)
+    return np.asarray(vertices[np.unique(index)])
+
+
+def face_points(mesh: Mesh) -> tuple[Indices, Floats]:
+    """FACE_POINTS points in faces, evenly over their area: the triangle of each, and positions (N, 3) in the body's frame [m]."""
+    cumulated, number = np.cumsum(normals_and_areas(mesh)[1]), np.arange(FACE_POINTS)
+    steps = (number + 0.5) * (cumulated[-1] / FACE_POINTS)
+    return points_in_triangles(mesh, cumulated, steps, np.outer(R2, number + 1) % 1.0)
+
+
+class SurfaceSearch:
+    """Points of the bodies of a scene, in the order in which the truth tests them. Safe to call from several threads.
+
+    outermost: points (K, 3) of each body in its own frame [m]; the origin of a body without a mesh.
+    """
+
+    def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
+        self._scene, self._line_of_sight = scene, line_of_sight
+        self._faces: ResultCache[int, tuple[Indices, Floats]] = ResultCache(MAX_SURFACES)
+        self.outermost = [np.zeros((1, 3)) if body.mesh is None else outermost(body.mesh) for body in scene.bodies]
+
+    def candidates(self, body: int, antenna: Floats, time: float, reach: float) -> Iterator[Candidates]:
+        """Points of a body with a mesh for the antenna (3,) at `time` [s]; reach: height up to which fields reach beyond
+        the horizon [m]."""
+        faces = self._points(body, time)
+        seen = partial(self._line_of_sight.visible, antenna=antenna, time=time, max_range=np.inf, over_horizon=reach)
+        for points in (_chosen(faces, np.arange(0, FACE_POINTS, FIRST)), faces):
+            yield points.position, lambda lit, points=points: seen(_chosen(points, lit))  # type: ignore[misc]
+        if scattering_model(self._scene.bodies[body]).lit_by_sea and self._scene.environment.multipath:
+            yield faces.position, lambda lit: self._visible_by_sea(_chosen(faces, lit), antenna, time)
+
+    def _points(self, body: int, time: float) -> SurfacePoints:
+        scene_body = self._scene.bodies[body]
+        assert scene_body.mesh is not None
+        mesh = scene_body.mesh
+        triangle, position = self._faces.get(body, lambda: face_points(mesh))
+        return SurfacePoints(np.full(len(triangle), body), triangle, pose_at(scene_body, time).map_from_frame(position))
+
+    def _visible_by_sea(self, points: SurfacePoints, antenna: Floats, time: float) -> Flags:
+        """Which points (W,) a ray by the sea reaches, or by land."""
+        land = LandBefore(self._line_of_sight, antenna, points.position - antenna)
+        rays = radar_two_rays(self._scene.radar, self._scene.environment, *land.site, land=land)
+        reflection = antenna + land.offset * (rays.geometry.reflection / np.maximum(land.site[0], 1e-9))[:, None]
+        reflection[:, 2] = rays.level + ABOVE_LAND * (rays.level != 0.0)
+        arrives = (rays.geometry.grazing > 0.0) & (rays.ratio != 0.0)
+        return np.asarray(arrives & self._line_of_sight.visible_by_sea(points, reflection, antenna, time, np.inf))
+
+
+def _chosen(points: SurfacePoints, which: Indices) -> SurfacePoints:
+    return SurfacePoints(points.body[which], points.triangle[which], points.position[which])
+
+
+def scene_hash(scene: Scene) -> str:
+    """Returns the SHA-256 of a scene's world, radar, platform, effects and errors, as hexadecimal digits.
+
+    The key of its random numbers belongs to it. A field of a record that was added later says so in its metadata, as "added";
+    while it has its default it adds nothing, so scenes that do not use it keep their hash. Nor does one that says "derived", as
+    it follows from others.
+    """
+    digest = hashlib.sha256()
+    errors = () if scene.errors is None else (scene.errors,)
+    effects = dict(scene.effects)
+    interference = effects.pop("interference", ())  # which every hash had before effects had names
+    for part in (scene.world, scene.radar, scene.platform, interference, *errors, *scene.random_key):
+        _add(digest, part)
+    _add_named(digest, effects)
+    return digest.hexdigest()
+
+
+def _is_default(content: Any, default: Any) -> bool:
+    """Whether a field has its default; arrays are not compared."""
+    return content is default or (isinstance(content, str | float | tuple) and content == default)
+
+
+def _add(digest: Any, value: Any) -> None:
+    """Adds a value, whose type and size come first, so that neighbours cannot be mistaken for each other."""
+    digest.update(f"{type(value).__qualname__}:".encode())
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str}{value.shape}".encode() + np.ascontiguousarray(value).tobytes())
+    elif is_dataclass(value):
+        for field in fields(value):
+            content = getattr(value, field.name)
+            if isinstance(content, Mapping):
+                _add_named(digest, content)
+                continue
+            if "derived" in field.metadata or "added" in field.metadata and _is_default(content, field.default):
+                continue
+            digest.update(f"{field.name}=".encode())
+            _add(digest, content)
+    elif isinstance(value, tuple | list):
+        digest.update(f"{len(value)},".encode())
+        for item in value:
+            _add(digest, item)
+    elif value is None or isinstance(value, bool | int | float | str):
+        digest.update(f"{value!r};".encode())
+    else:
+        raise TypeError(f"a scene has a {type(value).__name__}, which has no hash yet")
+
+
+def _add_named(digest: Any, records: Mapping[str, Any]) -> None:
+    """Adds records by their names, in the order in which effects add; none adds nothing."""
+    for name, record in records.items():
+        digest.update(f"{name}=".encode())
+        _add(digest, record)
+
+
+def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:
+    """Returns the first line of a truth file. The same scene, seed and fidelity give the same truth."""
+    radar = scene.radar
+    return {
+        "type": "header", "schema": SCHEMA, "version": version("radar-service"), "scene": scene.name,
+        "scene_hash": scene_hash(scene), "seed": seed, "fidelity": fidelity,
+        "radars": [
+            {"id": scene.radar_id, "azimuths": radar.azimuths, "rotation_period": radar.rotation_period, "bins": radar.bins,
+             "range_first": radar.range_step / 2.0, "range_step": radar.range_step, "beamwidth": radar.beamwidth,
+             "frequency": radar.frequency},
+        ],
+    }  # fmt: skip
+
+
+def truth_lines(crossings: Iterable[Crossing], snapshot: Snapshot) -> list[str]:
+    """Returns the lines of one scan."""
+    return [truth_line(crossing.as_dict()) for crossing in crossings] + [truth_line(snapshot.as_dict())]
+
+
+def truth_line(content: Mapping[str, Any]) -> str:
+    """Returns the line of a header, a crossing or a snapshot."""
+    return json.dumps(content, allow_nan=False) + "\n"

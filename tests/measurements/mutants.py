@@ -1,14 +1,15 @@
 """Breaks modules in small ways and tells which of these mutants the tests kill.
 
     python -m tests.measurements.mutants [MODULE ...] [--count 100] [--seed 0] [--also TEST ...] [--against TREE]
-    python -m tests.measurements.mutants --list [FILE]
+    python -m tests.measurements.mutants --list [FILE] [--only VERDICT ...]
 
 MODULE is a file or a folder, radar_service by default. In a mutant one operator of comparison, arithmetic or logic is another
-one, or one constant is larger by 1. It lives in a copy of this tree, where the tests that run its line are called, the nearest
-first, with those of --also. Which run it says `.coverage`, which `pytest --cov --cov-context=test` writes (of the suite, or of
-some folders); without it, and for lines that run as a module is imported, they are those of the file that mirrors the module.
+one, or one constant is larger by 1. It lives in a copy of this tree, where the tests that run its line are called: first those of
+the file that mirrors the module, then, where it survives, others, with those of --also. Which run it says `.coverage`, which
+`pytest --cov --cov-context=test` writes; without it, and for lines that run at import, they are those of the module's folder.
 With --against, the mutants that the tests of that tree kill are what the tests of this one must kill. --list runs those of a
-file, tests/measurements/mutants.txt by default, and writes their verdicts there. Exits with 1 where one that was killed
+file, tests/measurements/mutants.txt by default, and writes each verdict there; `--only new` goes on after an end before time.
+`equal` ones alter nothing that is promised, for the reason beside them, and are not run. Exits with 1 where one that was killed
 survives. Equal modules and seeds give equal mutants.
 """
 
@@ -16,6 +17,7 @@ import argparse
 import ast
 import copy
 import random
+import re
 import shutil
 import subprocess
 import sys
@@ -33,8 +35,9 @@ from tests.test_house_rules import mirrored
 ROOT = Path(__file__).parents[2]
 LISTED = Path(__file__).with_suffix(".txt")
 MOST = 80  # tests of a mutant: a line that nearly all tests run is checked by the nearest of them
-LIMIT_S = 300  # for the tests of a mutant, which may never end; it is killed then
-PASSED, FAILED = 0, 1  # exit codes of pytest
+LIMIT_S, LIMIT_CPU_S = 300, 60  # for the tests of a mutant, which may wait or compute for ever; it is killed then
+PASSED = (0, 5)  # exit codes of pytest; 5: all tests are studies
+FAILURE = re.compile(r"^(?:FAILED|ERROR) ([^\s\[]+(?:\[.*?\])?)(?: - |$)", re.MULTILINE)  # in the summary of pytest
 SWAPS: dict[type[ast.AST], Any] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.And: ast.Or, ast.Or: ast.And,
@@ -92,16 +95,18 @@ def listed(text: str) -> Iterator[tuple[str, Mutant | None, str]]:
     every = cache(mutants_of)
     for row in text.splitlines():
         verdict, _, what = row.partition(" ")
-        name, line, words = what.strip().split(":", 2)
+        name, line, words = what.strip().partition("  # ")[0].split(":", 2)
         same = [found for found in every(ROOT / name) if found.words == words.strip()] if (ROOT / name).is_file() else []
         yield verdict, min(same, key=lambda found: abs(found.line - int(line)), default=None), what.strip()
 
 
-def nearest(tests: Iterable[str], module: Path) -> list[str]:
-    """Returns MOST of some tests: those of the file that mirrors a module first, then those of its folder."""
+def nearest(tests: Iterable[str], module: Path) -> tuple[list[str], list[str]]:
+    """Returns MOST of some tests: those of the files that mirror a module, and others, those of its folder first."""
     files = [path.relative_to(ROOT).as_posix() for path in mirrored(module)]
     folder = files[0].rpartition("/")[0]
-    return sorted(tests, key=lambda test: (test.split("::")[0] not in files, not test.startswith(folder), test))[:MOST]
+    ordered = sorted(tests, key=lambda test: (test.split("::")[0] not in files, not test.startswith(folder), test))[:MOST]
+    count = sum(test.split("::")[0] in files for test in ordered)
+    return ordered[:count], ordered[count:]
 
 
 class Copy:
@@ -112,38 +117,44 @@ class Copy:
         shutil.copytree(ROOT, folder, ignore=unneeded)
         shutil.copytree(tests / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
         self.folder, self.also, self.covered = folder, also, covered
-        self.passes = cache(self._passes)
+        self.passes = cache(lambda tests: not self.failing(tests))
 
-    def tests_of(self, module: Path, line: int) -> tuple[str, ...]:
-        """Those that run a line of a module, else those of the file that mirrors it; and those of --also."""
+    def tests_of(self, module: Path, line: int) -> Iterator[tuple[str, ...]]:
+        """Yields those of the file that mirrors a module that run its line, and others that do, with those of --also."""
         lines = self.covered.contexts_by_lineno(str(module)) if self.covered else {}
         running = {context.rpartition("|")[0] for context in lines.get(line, [])} - {""}
-        tests = nearest(running, module) or [path.relative_to(ROOT).as_posix() for path in mirrored(module)]
-        return tuple(test for test in [*tests, *self.also] if (self.folder / test.split("::")[0]).exists())
+        files = {
+            path.relative_to(ROOT).as_posix() for path in [*mirrored(module), *mirrored(module)[0].parent.glob("test_*.py")]
+        }
+        there = [test for test in running or files if (self.folder / test.split("::")[0]).exists()]
+        near, others = nearest(there, module)
+        yield tuple(near)
+        yield (*others, *self.also)
 
-    def exit_code(self, tests: tuple[str, ...]) -> int:
-        """That of pytest on some tests."""
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
-        try:
-            return subprocess.run(command, cwd=self.folder, stdout=subprocess.DEVNULL, timeout=LIMIT_S).returncode
-        except subprocess.TimeoutExpired:
-            return FAILED
-
-    def _passes(self, tests: tuple[str, ...]) -> bool:
-        return bool(tests) and self.exit_code(tests) == PASSED
+    def failing(self, tests: tuple[str, ...]) -> tuple[str, ...]:
+        """The first of some tests that fails; all of them where pytest names none and does not pass, or does not end."""
+        limits = ["prlimit", f"--cpu={LIMIT_CPU_S}", "timeout", "-s", "KILL", str(LIMIT_S)]
+        options = ["-q", "-x", "-rfE", "-n", "0", "-p", "no:cacheprovider"]
+        with tempfile.TemporaryFile("w+") as said:
+            command = [*limits, sys.executable, "-m", "pytest", *options, *tests]
+            code = subprocess.run(command, cwd=self.folder, stdout=said).returncode
+            said.seek(0)
+            return () if code in PASSED else tuple(re.findall(FAILURE, said.read())) or tests
 
     def verdict(self, made: Mutant) -> str:
-        """`killed` or `survives`; `unclear` where the tests fail without the mutant too."""
-        tests = self.tests_of(made.module, made.line)
-        if not self.passes(tests):
-            return "unclear"
-        file = self.folder / made.module.relative_to(ROOT)
+        """`killed` or `survives`; `unclear` where no test is near, or what fails does so without the mutant too."""
+        file, verdict = self.folder / made.module.relative_to(ROOT), "unclear"
         kept = file.read_text(encoding="utf-8")
-        file.write_text(mutant(kept, made.number), encoding="utf-8")
-        try:
-            return "survives" if self.exit_code(tests) == PASSED else "killed"
-        finally:
-            file.write_text(kept, encoding="utf-8")
+        for tests in filter(None, self.tests_of(made.module, made.line)):
+            file.write_text(mutant(kept, made.number), encoding="utf-8")
+            try:
+                failing = self.failing(tests)
+            finally:
+                file.write_text(kept, encoding="utf-8")
+            if failing:
+                return "killed" if self.passes(failing) else "unclear"
+            verdict = "survives"
+        return verdict
 
 
 def modules(positions: list[Path]) -> list[Path]:
@@ -165,6 +176,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the choice (default: %(default)s)")
     parser.add_argument("--also", nargs="*", default=[], metavar="TEST", help="tests besides those that run a line")
     parser.add_argument("--against", type=Path, metavar="TREE", help="whose tests say what these must kill")
+    parser.add_argument("--only", nargs="+", metavar="VERDICT", help="those of the list that have one of these")
     parser.add_argument("--list", nargs="?", type=Path, const=LISTED, metavar="FILE", help="of mutants and their verdicts")
     options = parser.parse_args()
     covered = CoverageData(str(ROOT / ".coverage")) if (ROOT / ".coverage").exists() else None
@@ -181,6 +193,9 @@ def main() -> int:
         here = Copy(Path(scratch) / "here", ROOT, options.also, covered)
         there = Copy(Path(scratch) / "there", options.against, options.also) if options.against else None
         for number, (before, made, text) in enumerate(rows):
+            if before not in options.only if options.only else before == "equal":
+                tallies[before] += 1
+                continue
             now = here.verdict(made) if made else "gone"
             verdict = compared(now, there.verdict(made) if there and made else before)
             tallies[verdict] += 1

@@ -12,8 +12,7 @@ from radar_service.display.video import Controls, decibels, display_video, layou
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.service.codecs.native import messages
 from radar_service.service.codecs.native.messages import NativeCodec, encode
-from radar_service.service.codecs.native.source_fields import fields_by_rows, shown_cells, source_fields
-from radar_service.service.codecs.native.views import trim
+from radar_service.service.codecs.native.views import fields_by_rows, shown_cells, source_fields, trim
 from radar_service.service.feed_request import View
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, labels_of, scene
@@ -140,7 +139,7 @@ def spokes(seed: int = 0) -> np.ndarray:
 @pytest.mark.parametrize("bins", [None, 96, 40, 7, 1])
 def test_it_is_the_strongest_cell_of_the_bin(encoding: str, bins: int | None) -> None:
     power = spokes()
-    field, to = np.sqrt(power).astype(np.complex64), layout(CELLS, 5.0, 10.0, bins, 900.0)
+    field, to = (np.sqrt(power) * np.exp(1j * np.arange(CELLS))).astype(np.complex64), layout(CELLS, 5.0, 10.0, bins, 900.0)
     cells = shown_cells(encoding, power, field, to, Controls(), NOISE, None)
     sent = encode(encoding, power, field, to, Controls(), NOISE)
     assert cells.shape == (4, to.bins) == sent.shape
