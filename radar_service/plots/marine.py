@@ -143,8 +143,7 @@ class MarineThreshold:
         return np.where(local > 1.0, maximum_filter1d(level, beside_beam, axis=0, mode="wrap"), broad)
 
     def _over_beams(self, level: Singles, total: Singles, cells: Singles) -> Singles:
-        """The mean over the beams of both sides (A, N), of the widest that are alike, within MEAN_RATIO; the own beam's level
-        (A, N) where that is above it by more than such levels scatter.
+        """The mean over the widest sides that are alike (A, N); the own beam's level (A, N) where above by more than its scatter.
 
         total, cells: of each beam's reference cells, sum (A, N) and number (A or 1, N).
         """
@@ -247,7 +246,7 @@ def _without_interference(power: Singles) -> Singles:
 
 
 def _scatter(level: Singles, mean: Floats) -> Singles:
-    """Returns ratios (A, N) within which levels of single beams lie about a mean: DEVIATIONS of those of their sector."""
+    """Returns ratios (A, N) within which single beams lie about a mean: DEVIATIONS of their sector's."""
     with np.errstate(divide="ignore", invalid="ignore"):
         apart = np.array_split(np.abs(np.log(level / mean)), SECTORS)
     ratio = np.exp(DEVIATIONS * MAD * np.array([np.median(rows, axis=0) for rows in apart]))
