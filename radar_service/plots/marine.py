@@ -46,11 +46,10 @@ BEYOND = 3.0  # independent cells of a region beyond the quantile that tells its
 FAINT = 0.1  # of the receiver's noise: 1 - exp(-0.1) of the cells of noise are fainter, of several looks fewer
 BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
 AT_PLACE = 1.0  # m that own ship moves before land is looked up again
-LOCAL, LOCAL_SECTORS = (
-    32.0,
-    64,
-)  # times the curve: more than waves and directions of a sea; sectors narrower than a rain cell
-AVERAGED_BEAMS = 5  # half-power beams to each side: at a shape of 0.5 and 1e-4, 28 cells lose 2.0 dB, 280 cells 0.2 dB
+LOCAL, LOCAL_SECTORS = 32.0, 64  # times the curve: more than waves and directions of a sea; narrower than a rain cell
+AVERAGED_BEAMS = 5, 20  # half-power beams to each side: at a shape of 0.5 and 1e-4, 28 cells lose 2.0 dB, 280 cells 0.2 dB
+DEVIATIONS = 3.0  # standard deviations of one beam's level from the sides', as they scatter in its sector
+MAD = np.float32(1.4826)  # of a Gaussian, standard deviation over the median of absolute deviations
 MEAN_RATIO = 1.806  # of the sides, above which clutter is not uniform (Smith and Varshney, IEEE T-AES 36(3), 837, 2000)
 BESIDE_BEAMS = 2  # half-power beams to each side: an edge along the beam is shorter in range than the guard
 LIMIT = 8.0  # times that curve, at which a reference cell counts at most: a ship among them raises the level little
@@ -84,7 +83,7 @@ class MarineThreshold:
         noise = np.float32(receiver_noise_power(self.radar))
         if (power[::EVERY] < FAINT * noise).mean() > FAINT:  # a scene without noise
             np.maximum(integral, noise, out=integral)
-        curve = _stc(integral, self.guard / self.radar.range_step)
+        curve = _stc(integral, self.window / self.radar.range_step)
         flat = integral / curve
         level = self._averaged(flat)
         with np.errstate(divide="ignore", invalid="ignore"):  # cells without any power
@@ -113,9 +112,9 @@ class MarineThreshold:
     def _averaged(self, flat: Singles) -> Singles:
         """The mean (A, N) of the reference cells on both sides and of the beams beside; near an end, of those that there are.
 
-        Where the beams of the two sides differ, as at a shadow's edge, those of its own beam alone. In and beside local clutter,
-        the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980), and the greatest of the beams
-        beside.
+        Where the beams of the two sides differ, as at a shadow's edge, fewer beams, or those of its own beam alone. In and
+        beside local clutter, the mean of the greater side (GO-CFAR: Hansen and Sawyers, IEEE T-AES 16(1), 115, 1980), and the
+        greatest of the beams beside.
         """
         count = flat.shape[1]
         guard = max(1, min(round(self.guard / self.radar.range_step), count // 8))
@@ -144,17 +143,21 @@ class MarineThreshold:
         return np.where(local > 1.0, maximum_filter1d(level, beside_beam, axis=0, mode="wrap"), broad)
 
     def _over_beams(self, level: Singles, total: Singles, cells: Singles) -> Singles:
-        """The mean over the beams of both sides (A, N) where these are alike, within MEAN_RATIO of the own beam's level (A, N).
+        """The mean over the widest sides that are alike (A, N); the own beam's level (A, N) where above by more than its scatter.
 
         total, cells: of each beam's reference cells, sum (A, N) and number (A or 1, N).
         """
-        spokes = max(1, min(AVERAGED_BEAMS * self._spokes, len(level) // (2 * SECTORS)))
-        total, cells = (uniform_filter1d(each, spokes, axis=0, mode="wrap") for each in (total, cells))
-        turn = spokes // 2 + 1
-        mean = np.divide(total, cells, out=np.full_like(level, np.nan), where=cells > 0.0)
-        left, right = np.roll(mean, turn, axis=0), np.roll(mean, -turn, axis=0)
-        alike = np.maximum(np.maximum(left, right), level) <= MEAN_RATIO * np.minimum(left, right)
-        return np.where(alike, np.minimum(0.5 * (left + right), np.float32(MEAN_RATIO) * level), level)
+        broad = level
+        for beams in AVERAGED_BEAMS:
+            spokes = max(1, min(beams * self._spokes, len(level) // SECTORS))
+            sums, counts = (uniform_filter1d(each, spokes, axis=0, mode="wrap") for each in (total, cells))
+            mean = np.divide(sums, counts, out=np.full_like(level, np.nan), where=counts > 0.0)
+            left, right = (np.roll(mean, turn, axis=0) for turn in (spokes // 2 + 1, -spokes // 2 - 1))
+            both = 0.5 * (left + right)
+            most = _scatter(level, both)
+            alike = (np.maximum(left, right) <= MEAN_RATIO * np.minimum(left, right)) & (level <= most * both)
+            broad = np.where(alike, np.minimum(both, most * level), broad)
+        return broad
 
     def _factors(self, ratio: Singles, clutter: Singles) -> Floats:
         """The factor (A, N) on the level of each cell, from the spread of ratios to the level in the regions about it.
@@ -173,10 +176,10 @@ class MarineThreshold:
                     measured[sector, k] = self._log_factor(cells, float(np.nanmean(clutter[part])))
         known = np.isfinite(measured)
         measured = np.where(known, measured, np.median(measured[known]) if known.any() else 0.0)
-        around = np.pad(np.pad(measured, ((1, 1), (0, 0)), "wrap"), ((0, 0), (1, 1)), "edge")
+        around = np.pad(np.pad(measured, ((2, 2), (0, 0)), "wrap"), ((0, 0), (1, 1)), "edge")
         measured = np.median(
-            sliding_window_view(around, (3, 3)), axis=(2, 3)
-        )  # a ship fills one region, the sea its neighbours
+            sliding_window_view(around, (5, 3)), axis=(2, 3)
+        )  # ships fill regions, the sea their neighbours
         return np.exp(_at_cells(measured, edges, len(ratio)))
 
     def _speckle_factors(self, clutter: Singles) -> Singles:
@@ -242,10 +245,18 @@ def _without_interference(power: Singles) -> Singles:
     return np.minimum(power, beside)
 
 
-def _stc(power: Singles, guard: float) -> Singles:
-    """The curve (N,) of sensitivity time control [W]: the median over azimuth, then along range, which keeps falls and steps.
+def _scatter(level: Singles, mean: Floats) -> Singles:
+    """Returns ratios (A, N) within which single beams lie about a mean: DEVIATIONS of their sector's."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        apart = np.array_split(np.abs(np.log(level / mean)), SECTORS)
+    ratio = np.exp(DEVIATIONS * MAD * np.array([np.median(rows, axis=0) for rows in apart]))
+    return np.fmax(ratio, np.float32(MEAN_RATIO)).repeat([len(rows) for rows in apart], axis=0)
 
-    guard: cells to each side at most; near own ship, as far as clutter changes little (GROWTH).
+
+def _stc(power: Singles, window: float) -> Singles:
+    """The curve (N,) of sensitivity time control [W]: the median over azimuth, then the interquartile mean along range.
+
+    window: cells to each side at most; near own ship, as far as clutter changes little (GROWTH).
     """
     rows = power[::EVERY]
     few = np.flatnonzero(np.isnan(rows).any(axis=0))
@@ -258,9 +269,10 @@ def _stc(power: Singles, guard: float) -> Singles:
         return np.zeros_like(middle)
     cell = np.arange(len(middle))
     curve = np.interp(cell, good, middle[good])
-    reach = np.minimum(np.minimum(guard, 0.5 * (GROWTH - 1.0) * cell), cell[::-1])
+    reach = np.minimum(np.minimum(window, (GROWTH - 1.0) * cell), cell[::-1])
     beside = np.rint(cell[:, None] + reach[:, None] * np.linspace(-1.0, 1.0, STC_SAMPLES)).astype(np.int64)
-    return np.asarray(np.median(curve[beside], axis=1), dtype=np.float32)
+    quarter = STC_SAMPLES // 4
+    return np.asarray(np.sort(curve[beside], axis=1)[:, quarter:-quarter].mean(axis=1), dtype=np.float32)
 
 
 def _local(flat: Singles) -> Singles:

@@ -218,8 +218,9 @@ def test_cells_of_rain_have_a_level_of_their_own(ship: Radar) -> None:
 
 
 def test_a_spiky_sea_has_a_steadier_level_than_the_cells_of_one_beam(ship: Radar) -> None:
-    """120 cells of one beam with 60 textures of shape 0.5 have by the K law a mean of variance 0.051. Five beams to each side
-    share 4 textures of a cell, so a quarter of it is left, and as much for the curve and for the shape that is measured."""
+    """120 cells of one beam with 60 textures of shape 0.5 have by the K law a mean of variance 0.051. The widest sides have 7
+    textures of a cell: a seventh of it is left, and less than the rest of a half for curve and shape; by five beams, and a curve
+    of medians along range, 0.55 of it were left."""
     mean = 10.0**2.5 * (300.0 / (np.arange(200, 600) + 30.0)) ** 3 * receiver_noise_power(ship)
     looks, spread = effective_looks(ship, 3), []
     for seed in range(2):
@@ -227,7 +228,7 @@ def test_a_spiky_sea_has_a_steadier_level_than_the_cells_of_one_beam(ship: Radar
         integral = (power + np.roll(power, 1, axis=0) + np.roll(power, -1, axis=0)) / 3.0
         spread.append(np.log((MarineThreshold(ship, 1e-3).of(power) * integral / power)[:, 200:600] / mean))
     one_beam = (1.0 / 0.5) / 60.0 + (1.0 + 1.0 / 0.5) / looks / 120.0
-    assert np.var(spread) < 0.75 * one_beam
+    assert np.var(spread) < 0.5 * one_beam
 
 
 def test_a_shadow_keeps_a_level_of_its_own_to_its_edge(ship: Radar) -> None:

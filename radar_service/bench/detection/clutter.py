@@ -21,6 +21,7 @@ from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.plots.plot import Plot
+from radar_service.radar.sets import radar_sets
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
@@ -138,10 +139,10 @@ def clutter_scene(scenario: Scenario, case: ClutterCase, target: Target | None) 
     radar = dict(scenario.scene.get("radar", {}))
     radar |= {"frequency_hz": BANDS[case.band]} if case.band else {}
     radar |= {"polarization": case.polarization} if case.polarization else {}
-    if not radar.get("pulses"):
-        radar["range_max_m"] = min(
-            float(radar.get("range_max_m", 3000.0)), BEYOND * max(case.ranges)
-        )  # farther cells cost time
+    if not radar.get("pulses"):  # farther cells cost time; a set has the scale that its range control takes
+        known = radar_sets().get(str(radar.get("set")))
+        farthest = min(float(radar.get("range_max_m", np.inf if known else 3000.0)), BEYOND * max(case.ranges))
+        radar["range_max_m"] = next((scale for scale in known.scales if scale >= farthest), farthest) if known else farthest
     content = {**scenario.scene, "name": scenario.name, "own_ship": {}, "environment": air, "radar": radar, "body": []}
     scene = load_scene(content)
     step = scene.radar.range_step

@@ -16,6 +16,7 @@ from radar_service.bench.detection.clutter import (
     clutter_targets,
 )
 from radar_service.bench.scenario import Scenario, ScenarioError
+from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.scene_file.load import load_scene
 
 PFA = 0.01
@@ -86,6 +87,18 @@ def test_band_polarization_and_swerling_replace_the_scenario_s() -> None:
     assert (round(scene.radar.frequency / 1e6), scene.radar.polarization, scene.environment.rain_mm_h) == (3050, "v", 4.0)
     assert len(scene.bodies) == 3 and {body.swerling for body in scene.bodies} == {3}
     assert load_scene(made.scene).radar.frequency != scene.radar.frequency
+
+
+@pytest.mark.parametrize(("nm", "scale"), [(0.4, 0.75), (1.5, 3.0), (2.0, 3.0)])
+def test_a_set_has_the_scale_that_its_range_control_takes(nm: float, scale: float) -> None:
+    """The next one beyond 1.5 times the range, and not beyond the scenario's."""
+    from radar_service.bench.detection.clutter import clutter_scene
+
+    made = scenario()
+    sold = {"set": "furuno-far-2127", "range_max_m": 3.0 * NAUTICAL_MILE}
+    made = made.model_copy(update={"scene": {**made.scene, "radar": sold}})
+    scene = clutter_scene(made, ClutterCase(2, 0.0, (nm * NAUTICAL_MILE,)), None)
+    assert scene.radar.range_max == pytest.approx(scale * NAUTICAL_MILE)
 
 
 def test_bad_cases_are_refused() -> None:
