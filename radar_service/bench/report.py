@@ -126,7 +126,7 @@ def verdict_table(report: Mapping[str, Any]) -> str:
     ]  # fmt: skip
     heads = ("scenario", "metric", "95 % value", "limit", "unit", "missed", "verdict")
     lines = table("{:26.26} {:28.28} {:>10} {:>16} {:8} {:>9}  {}", [heads, *rows])
-    lines += [f"{scenario['name']}: {said}" for scenario in report["scenarios"] if (said := always_failed(scenario))]
+    lines += [f"{scenario['name']}: {sentence}" for scenario in report["scenarios"] if (sentence := always_failed(scenario))]
     lines += [f"{scenario['name']}: remark: {scenario['remark']}" for scenario in report["scenarios"] if scenario["remark"]]
     return "\n".join([*lines, *failure_lines(report), *again_lines(report)]) + "\n"
 

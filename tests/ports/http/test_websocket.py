@@ -15,7 +15,7 @@ from radar_service.ports.app import create_app
 from radar_service.ports.http import websocket
 from radar_service.ports.http.server import INBOUND_LIMIT
 from radar_service.ports.http.websocket import BYTES_AT_ONCE, FRAMES_AT_ONCE, TOO_MUCH, FramedWebSocket
-from radar_service.ports.rest.pose_feed import POSES_AT_ONCE
+from radar_service.ports.rest.websockets import POSES_AT_ONCE
 from radar_service.service.fanout.client_queue import TOO_SLOW
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings

@@ -11,11 +11,10 @@ from scipy.special import j0
 
 from radar_service.scattering.physical_optics import plane_echoes
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
+from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scattering.physical_optics.model import OpticalBody
-from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
-from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneEchoes, PlaneOptics, Wave
+from radar_service.scattering.physical_optics.plane_echoes import EdgeLimits, Longest, PlaneEchoes, PlaneOptics, Wave
 from radar_service.scattering.physical_optics.plating import SPREAD, PlatedWalls
 from radar_service.world.body import Mesh, Plating
 from radar_service.world.hull_types import hull_mesh

@@ -11,8 +11,8 @@ from scipy.special import jv
 
 import radar_service as rs
 from radar_service.scattering.physical_optics import plating
+from radar_service.scattering.physical_optics.mesh_quality import COPLANAR, shared_edges
 from radar_service.scattering.physical_optics.model import OpticalBody
-from radar_service.scattering.physical_optics.patches import COPLANAR, shared_edges
 from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.surface_sampling import normals_and_areas
 from tests.measurements.cross_sections import fields, sections_dbsm

@@ -26,9 +26,8 @@ from radar_service.stages.clutter.azimuth_rows import (
     beam_weights,
     weight_rows,
 )
-from radar_service.stages.clutter.clutter import prepare_clutter
+from radar_service.stages.clutter.clutter import RAIN_HEIGHT, beam_height, prepare_clutter, reflectivity
 from radar_service.stages.clutter.effect import RAIN, SEA
-from radar_service.stages.clutter.rain import RAIN_HEIGHT, beam_height, reflectivity
 from radar_service.stages.clutter.resolution_cell import (
     ResolutionCell,
     pulse_power,
@@ -342,7 +341,7 @@ def test_every_scene_names_sea_and_rain_as_sources_of_their_own() -> None:
         assert kinds_of(made, [SEA, RAIN]) == {SEA: "clutter", RAIN: "clutter"}
 
 
-# rain: rain clutter's physics by hand.
+# clutter: rain clutter's physics by hand.
 def test_reflectivity_by_hand() -> None:
     """4 mm/h: Z = 200 x 4^1.6 = 1837.9 mm^6/m^3 = 32.64 dBZ; eta = pi^5 x 0.93 x 1.8379e-15 / 0.0318589^4 = 5.077e-7/m."""
     assert reflectivity(4.0, 0.0318589) == pytest.approx(5.077e-7, rel=1e-3)  # four printed digits
