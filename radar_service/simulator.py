@@ -27,7 +27,8 @@ from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
-from radar_service.truth.ground_truth import GroundTruth, header
+from radar_service.truth.ground_truth import GroundTruth
+from radar_service.truth.truth_file import header
 from radar_service.world.commands import Command, command_from
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.outline import outline_of

@@ -3,7 +3,6 @@
 import re
 import subprocess
 import sys
-import tomllib
 from collections.abc import Callable, Iterator
 from itertools import islice
 from pathlib import Path
@@ -18,7 +17,6 @@ import radar_service as rs
 import scenes
 from clients.ppi import spokes
 from clients.ppi.__main__ import main as receive
-from radar_service.display.video import Controls, display_video, layout
 
 Serve = Callable[..., str]
 TARGETS = {"orientation": [(30.0, 1000.0), (120.0, 2000.0), (250.0, 3000.0)], "worked-example": [(45.0, 200.0)]}
@@ -151,22 +149,3 @@ def test_a_client_of_the_service_meets_the_errors_of_a_simulator(serve: Serve, t
             error = getattr(one, name) - getattr(other, name)
             assert abs((error + np.pi) % (2 * np.pi) - np.pi) <= half or np.isnan(getattr(other, name))
             assert np.isnan(getattr(one, name)) == np.isnan(getattr(other, name))
-
-
-def test_video_of_the_feed_is_that_computed_in_process(serve: Serve, tmp_path: Path) -> None:
-    """The same bytes for whoever joins when, and in process: auto gain and auto sea know nothing but a spoke's own cells."""
-    text = MOVING.replace("noise = true", "noise = true\nsea_state = 3")
-    address, arrays = serve(text), tmp_path / "scan.npz"
-    simulator = rs.Simulator(rs.load_scene(tomllib.loads(text)))
-    to = layout(len(simulator.range), float(simulator.range[0]), simulator.range_step)
-    for _ in range(2):
-        assert receive([f"ws://{address}", "--mode", "lossless", "--overwrite", "--npz", str(arrays)]) == 0
-        with np.load(arrays) as file:
-            spoke, samples = file["spoke"][0], file["samples"][0]
-        azimuths = len(spoke)
-        for scan in np.unique(spoke // azimuths):
-            rows = spoke // azimuths == scan
-            simulator.skip_to(int(scan))
-            expected = display_video(simulator.scan().power, to, Controls(), simulator.noise_power)
-            np.testing.assert_array_equal(samples[rows], expected[rows])
-            assert np.count_nonzero(expected) > 100

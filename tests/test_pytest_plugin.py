@@ -39,7 +39,6 @@ def run(folder: Path, code: str, *options: str) -> subprocess.CompletedProcess[s
 def test_a_tracker_is_tested_with_the_fixture(tmp_path: Path) -> None:
     result = run(tmp_path, TRACKER, "-W", "error")
     assert result.returncode == 0, result.stdout
-    assert "radar_feed" in run(tmp_path, TRACKER, "--fixtures").stdout
 
 
 def test_a_run_that_does_not_use_it_imports_nothing_heavy(tmp_path: Path) -> None:

@@ -3,9 +3,8 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from radar_service.bench.ppi_picture import ppi_at
+from radar_service.bench.run_picture import gravest_of, ppi_at
 from radar_service.bench.scenario import Scenario
-from radar_service.bench.scores.events import Event, gravest
 from radar_service.bench.scores.verdicts import is_gross
 
 MAX_EVENTS = 12  # of a run that a report lists
@@ -22,7 +21,12 @@ def failed_runs(scenario: Scenario, runs: Sequence[Run]) -> list[dict[str, Any]]
     """Returns runs that miss a limit that decides, the worst first: seed, the limits with their values, the gravest events of
     which there are MAX_EVENTS at most, and the number of all."""
     return [
-        {"seed": run["seed"], "missed": missed, "events": _gravest(run["events"]), "event_count": len(run["events"])}
+        {
+            "seed": run["seed"],
+            "missed": missed,
+            "events": [*map(vars, gravest_of(run, MAX_EVENTS))],
+            "event_count": len(run["events"]),
+        }
         for run in worst_first(scenario, runs)
         if (missed := missed_limits_of(scenario, run))
     ]
@@ -43,7 +47,7 @@ def drawn_run(scenario: Scenario, runs: Sequence[Run]) -> Run | None:
 
 def scans_of_interest(scenario: Scenario, failed: Mapping[str, Any]) -> range:
     """Returns the scans from AROUND before to AROUND after the gravest event of one of `failed_runs`; without events the last."""
-    gravest_one = gravest([Event(**event) for event in failed["events"]], 1)
+    gravest_one = gravest_of(failed, 1)
     middle = gravest_one[0].scan if gravest_one else scenario.scans
     return range(max(middle - AROUND, 0), min(middle + AROUND + 1, scenario.scans))
 
@@ -52,7 +56,3 @@ def _badness(scenario: Scenario, run: Run) -> tuple[bool, int, int, float]:
     missed = missed_limits_of(scenario, run)
     gross = [limit for limit in scenario.limits if limit.metric in missed and is_gross(limit, missed[limit.metric])]
     return run["failure"] is not None, len(missed), len(gross), run["metrics"].get("ospa_m") or 0.0
-
-
-def _gravest(events: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    return [vars(event) for event in gravest([Event(**event) for event in events], MAX_EVENTS)]

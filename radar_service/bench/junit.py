@@ -20,8 +20,7 @@ def write_junit(report: Mapping[str, Any], path: Path, strict: bool = False) -> 
 
 
 def reason_of(verdict: Mapping[str, Any], scenario: Mapping[str, Any]) -> str:
-    """Returns why a limit of a scenario is missed or undecided, in words: its value, the limit, the worst seed and its value,
-    and the first event there."""
+    """Returns why a limit is missed or undecided: its value, the limit, the worst seed with its value and first event."""
     metric, unit = verdict["metric"], unit_of(verdict["metric"])
     text = f"{verdict['word']}: {verdict['failures']} of {verdict['runs']} runs miss it"
     text += f"; 95 % value {number_of(verdict['value_95'])}, limit {bound_of(verdict)} {unit}".rstrip()

@@ -53,7 +53,7 @@ def word_of(scenario: Mapping[str, Any]) -> str:
 
 
 def table(form: str, rows: Iterable[Sequence[object]]) -> list[str]:
-    """Returns the lines of a table, of which the first row has the heads. form: of a line, as str.format takes it."""
+    """Returns the lines of a table, the heads first. form: of a line, with the widths of its columns."""
     return [form.format(*row).rstrip() for row in rows]
 
 

@@ -3,20 +3,26 @@
 import base64
 import io
 import math
+import zlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.bench.ppi_picture import image_of
+from radar_service.bench.run import simulator_of
+from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.events import Event, gravest
 from radar_service.bench.scores.judged_scan import CUTOFF
-from radar_service.numerics.types import Floats
+from radar_service.display.picture import picture_from_power
+from radar_service.display.ppi import scan_convert
+from radar_service.numerics.types import Floats, Singles
+from radar_service.scans.scan import Scan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+SIZE = 800  # pixels of a PPI
 MIN_HALF_WIDTH = 100.0  # m, of the map
 MAX_NAMES = 8  # of targets or tracks in a legend: more leave no room for the map
 MARGIN = 2.0  # s about the time of the chart
@@ -77,20 +83,21 @@ def _draw_map(chart: "Axes", run: Mapping[str, Any], colours: Mapping[str, str])
             chart.annotate(body, path[0], fontsize="small", color="0.3", xytext=(4, 4), textcoords="offset points")
     for k, (track, colour) in enumerate(colours.items()):
         label = f"track {track}"[:24] if len(colours) <= MAX_NAMES else _legend(f"{len(colours)} tracks", k)
-        chart.plot(
-            *joined(scans, track, stale=True).T, "--", color=colour, linewidth=1.0
-        )  # what is stale alone is seen of it
+        stale = joined(scans, track, stale=True)  # of which alone what is too old is seen
+        chart.plot(*stale.T, "--", color=colour, linewidth=1.0)
         chart.plot(*joined(scans, track).T, ".-", color=colour, linewidth=1.0, markersize=3, label=label)
     own = _points([scan["own"]] for scan in scans)
     chart.plot(*own.T, color="red", linewidth=1.0)
     chart.plot(*own[-1:].T, "^", color="red", markersize=6, label="own ship")
-    for event in _marked(run):
+    for event in gravest_of(run, MAX_MARKS):
         target = next((each for each in scans[event.scan]["targets"] if each["body"] == event.body), None)
         if target:
             chart.plot(*target["position"], "o", markersize=12, markerfacecolor="none", markeredgecolor="black")
             chart.annotate(_mark(event), target["position"], fontsize="small", xytext=(8, -10), textcoords="offset points")
-    if run.get("ppi"):
-        _draw_ppi(chart, run["ppi"], own[-1])
+    if ppi := run.get("ppi"):  # behind all else; echoes are dark
+        (east, north), reach = own[-1], ppi["range"]
+        extent = (east - reach, east + reach, north - reach, north + reach)
+        chart.imshow(image_of(ppi), cmap="Greys", vmin=0.0, vmax=DARKEST, extent=extent, interpolation="nearest", zorder=0)
     tracks = _points([[track["east"], track["north"]] for track in scan["tracks"]] for scan in scans)
     targets = _points([target["position"] for target in scan["targets"]] for scan in scans)
     _zoom(chart, np.concatenate([own, tracks, targets]), own[-1])
@@ -114,19 +121,18 @@ def _draw_distances(errors: "Axes", run: Mapping[str, Any], colours: Mapping[str
     for k, limit in enumerate(allowed):
         errors.axhline(limit, color="C3", linestyle="--", label=_legend("limit of the mean distance", k))
     errors.axhline(CUTOFF, color="black", linestyle="--", linewidth=1.0, label="limit of a track that follows")
-    for k, event in enumerate(_marked(run)):
+    for k, event in enumerate(gravest_of(run, MAX_MARKS)):
         errors.axvline(scans[event.scan]["time"], color="0.4", linestyle=":", label=_legend("events", k))
-        errors.annotate(
-            _mark(event), (scans[event.scan]["time"], 1.0 - 0.05 * (k + 1)), xycoords=("data", "axes fraction"),
-            fontsize="small",
-        )  # fmt: skip
+        place = scans[event.scan]["time"], 1.0 - 0.05 * (k + 1)
+        errors.annotate(_mark(event), place, xycoords=("data", "axes fraction"), fontsize="small")
     errors.set(xlabel="time [s]", ylabel="distance of the nearest track [m]", yscale="log")
     errors.set_xlim(scans[0]["time"] - MARGIN, scans[-1]["time"] + MARGIN)  # where no track is near anything, too
     errors.legend(fontsize="small")
 
 
-def _marked(run: Mapping[str, Any]) -> list[Event]:
-    return gravest([Event(**event) for event in run["events"]], MAX_MARKS)
+def gravest_of(run: Mapping[str, Any], count: int) -> list[Event]:
+    """Returns the gravest events of a run."""
+    return gravest([Event(**event) for event in run["events"]], count)
 
 
 def _mark(event: Event) -> str:
@@ -147,13 +153,6 @@ def _of_body(scans: Sequence[Mapping[str, Any]], body: str) -> list[tuple[Mappin
     return [(scan, target) for scan in scans for target in scan["targets"] if target["body"] == body]
 
 
-def _draw_ppi(chart: "Axes", ppi: dict[str, Any], centre: Floats) -> None:
-    """Draws the PPI of the last scan about own ship (2,) behind all else; echoes are dark."""
-    (east, north), reach = centre, ppi["range"]
-    extent = (east - reach, east + reach, north - reach, north + reach)
-    chart.imshow(image_of(ppi), cmap="Greys", vmin=0.0, vmax=DARKEST, extent=extent, interpolation="nearest", zorder=0)
-
-
 def _points(scans: Iterable[Sequence[Sequence[float]]]) -> Floats:
     """All points (K, 2) of scans."""
     return np.array([point for points in scans for point in points], dtype=np.float64).reshape(-1, 2)
@@ -169,7 +168,28 @@ def _zoom(chart: "Axes", points: Floats, centre: Floats) -> None:
     )  # fmt: skip
     step = 10.0 ** math.floor(math.log10(half))
     bearing = np.linspace(0.0, 2.0 * np.pi, 181)
+    circle = np.stack([np.sin(bearing), np.cos(bearing)])
     for ring in step * np.arange(1, math.ceil(4.0 * half / step)):
-        chart.plot(
-            *(centre[:, None] + ring * np.stack([np.sin(bearing), np.cos(bearing)])), color="0.85", linewidth=0.6, zorder=0
-        )
+        chart.plot(*(centre[:, None] + ring * circle), color="0.85", linewidth=0.6, zorder=0)
+
+
+def ppi_of(scan: Scan) -> dict[str, Any]:
+    """Returns the PPI of a scan as plain data, north up: `range`, half its width [m], and `pixels`, bytes of brightness row by
+    row, deflated and in base 64."""
+    reach = float(scan.range[-1] + scan.range_step / 2.0)
+    bright = picture_from_power(np.nan_to_num(scan.power))
+    image = scan_convert(bright, float(scan.range[0]), scan.range_step, SIZE, reach, interpolation="peak")
+    return {"range": reach, "pixels": base64.b64encode(zlib.compress(np.rint(image).astype(np.uint8).tobytes())).decode()}
+
+
+def ppi_at(scenario: Scenario, seed: int, scan: int) -> dict[str, Any]:
+    """Returns the PPI of a scan of a scenario and a seed, which alone is simulated. Raises SceneError."""
+    simulator = simulator_of(scenario, seed)
+    simulator.skip_to(scan)
+    return ppi_of(simulator.scan())
+
+
+def image_of(ppi: Mapping[str, Any]) -> Singles:
+    """Returns the brightness (SIZE, SIZE), 0 to 1, of what `ppi_of` returned; row 0 is in the north."""
+    pixels = np.frombuffer(zlib.decompress(base64.b64decode(ppi["pixels"])), dtype=np.uint8)
+    return pixels.reshape(SIZE, SIZE).astype(np.float32) / np.float32(255.0)

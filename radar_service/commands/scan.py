@@ -22,7 +22,7 @@ from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, check_sources, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare, write_file
-from radar_service.truth.ground_truth import truth_line, truth_lines
+from radar_service.truth.truth_file import truth_line, truth_lines
 
 PICTURE_SIZE = 900  # pixels
 

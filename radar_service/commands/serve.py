@@ -107,7 +107,7 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
             for scene_input in options.scenes
         ]
         scenes += _started(partial(make, progress=start), scene_requests)
-        from radar_service.ports.app import run
+        from radar_service.ports.running import run
 
         ports = on_end.enter_context(open_ports(options))
         try:

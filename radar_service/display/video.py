@@ -4,9 +4,8 @@ The order is that of a logarithmic receiver: log detector, sensitivity time cont
 quantiser. Functions of arrays; no state: the bytes of a spoke depend on its own cells, the controls and, where these are on, the
 spoke before (interference rejection) and the scan before (scan correlation).
 
-Auto sea and auto gain have a threshold of constant false alarm rate (CFAR). A spoke is cut into intervals along range, each with
-a mean power. An order statistic of the means around it is the level of an interval: ships are short against them and do not
-raise it (Rohling 1983, OS-CFAR).
+Auto sea and auto gain judge a spoke by its own cells: an order statistic of the means of intervals along range, against which
+ships are short (Rohling 1983, OS-CFAR).
 """
 
 import math
@@ -145,7 +144,7 @@ class Controls:
     gain: 1 dB per percent around 50, where noise is visible with probability PFA; counts where gain_auto is off.
     sea: 0 is off; counts where sea_auto is off.
     rain: 0 is off.
-    gain_auto: the threshold leaves AUTO_PFA of noise, and of what auto sea leaves of clutter (`local_clutter`).
+    gain_auto: the threshold leaves AUTO_PFA of noise, and of what auto sea leaves of clutter.
     sea_auto: the local level of sea clutter is subtracted.
     echo_stretch: 0 to 2; lengthens echoes outward by this many times STRETCH of the display range.
     interference_rejection: a cell counts for at most REJECTION times what the spoke before it has at its range.

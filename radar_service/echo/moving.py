@@ -11,8 +11,7 @@ import numpy as np
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.beam_paths import BeamPath, Sights
 from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, PartGeometry
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
-from radar_service.echo.moving_beam import BeamTable, received_field
+from radar_service.echo.echoes import AzimuthTimes, BeamTable, BeamWeightedEchoes, concatenated, received_field
 from radar_service.echo.range_history import (
     TOLERANCE,
     Parabola,

@@ -7,10 +7,9 @@ from typing import cast
 import numpy as np
 
 from radar_service.echo.beam_paths import Beam, BeamPath, DirectPath
-from radar_service.echo.echoes import Echoes
+from radar_service.echo.echoes import BeamTable, Echoes
 from radar_service.echo.land import LandPassages
 from radar_service.echo.moving import MovingEchoes
-from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility

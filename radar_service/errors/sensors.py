@@ -6,10 +6,8 @@ true drift is added to the reported heading.
 
 The angle from the bow is what the antenna's encoder reports; the beam itself looks where it did.
 
-Correlated noise is that of a first-order Gauss-Markov process: its correlation is exp(-|t| / correlation time), its mean 0. It is
-a function of time, so that it is the same wherever a run begins: a sum of sinusoids of equal amplitudes and random phases whose
-frequencies follow the spectrum of that process, a Cauchy distribution (Shinozuka and Deodatis 1991, spectral representation).
-The kurtosis of M sinusoids is 3 - 3 / (2 M).
+Correlated noise is a first-order Gauss-Markov process as a sum of M sinusoids, a function of time alone (Shinozuka and Deodatis
+1991, spectral representation). Its kurtosis is 3 - 3 / (2 M).
 """
 
 from collections.abc import Callable

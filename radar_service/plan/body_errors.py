@@ -1,8 +1,7 @@
 """Errors of a body over a whole run, predicted at its closest approach, and what `check` says of it: when that is, and why.
 
-A run lasts from the start until all courses are final and ranges increase for good. A loop runs for one period; where the other
-ship moves as well, loops run to HORIZON. Between knots both ships move straight or turn slowly, so that each piece has its own
-closest approach, and is sampled evenly in aspect about it.
+A run lasts until all courses are final and ranges increase for good. A loop runs for one period; where the other ship moves as
+well, to HORIZON. Each piece between knots has its own closest approach.
 """
 
 import math

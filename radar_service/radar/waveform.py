@@ -2,10 +2,8 @@
 
 Convention (docs/conventions.md): chirp on t in [-T/2, T/2], window on the reference, unit echo compresses to a unit peak.
 
-A nonlinear chirp has constant amplitude, and its power spectrum is a taper by the principle of stationary phase: it stays at each
-frequency for as long as the taper asks, so the group delay is the running integral of the taper. It costs no signal to noise,
-where a window on a linear chirp does. Source: Cook and Bernfeld 1967, chapter 3. The taper over the band is a cosine sum,
-W(f) = sum a_m cos(2 pi m f / B) for |f| <= B/2.
+A nonlinear chirp stays at each frequency for as long as a taper of the band asks, so its power spectrum is that taper (Cook and
+Bernfeld 1967, chapter 3): W(f) = sum a_m cos(2 pi m f / B) for |f| <= B/2. It costs no signal to noise.
 """
 
 from dataclasses import dataclass

@@ -1,8 +1,7 @@
 """From gridded echoes to compressed profiles: one spectrum along range applies filter, window and kernel correction.
 
-Eclipsing: a one-antenna radar receives nothing while it transmits. Echoes nearer than cT/2 are transformed to the received
-signal. Its part before the end of the own pulse is compressed and returned, and the receiver subtracts it. So the peak falls,
-widens and moves as in a real radar. The cost is a few transforms of two pulse lengths, for any number of echoes.
+Eclipsing: a one-antenna radar receives nothing while it transmits. What echoes nearer than cT/2 have before the end of the own
+pulse is compressed and subtracted, for any number of echoes at once. So the peak falls, widens and moves.
 """
 
 from collections.abc import Callable

@@ -14,8 +14,7 @@ import numpy as np
 
 from radar_service.scene_file.bodies import BodyLoader
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
-from radar_service.scene_file.checks.placement import placement_warnings
-from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, validity_warnings
+from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, placement_warnings, validity_warnings
 from radar_service.scene_file.convert import (
     environment_from_model,
     radar_from_model,

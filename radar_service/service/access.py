@@ -1,8 +1,6 @@
 """Access: two tokens, one-use tickets for websockets, and the host names of this server.
 
-Those who may not know the truth are told nothing that names, counts or places what a scene holds. A tracker under test reads the
-feed of a server without --truth. Its plan then has the methods and no bodies, and the scene no warnings, which name bodies and
-say where they are.
+Those who may not know the truth, as a tracker under test, are told nothing that names, counts or places what a scene holds.
 """
 
 import hmac

@@ -1,7 +1,6 @@
 """The specification of a sweep: a TOML file with scenes, values to vary, seeds, and what is kept; and its runs by number.
 
-A run depends on the specification and its number alone. Radars change fastest, then seeds, then the values of the last key.
-Radars of one scene, set of values and seed have the same seed and draws: they see one world.
+Radars change fastest, then seeds, then the values of the last key. Radars of one scene, set of values and seed see one world.
 """
 
 import math

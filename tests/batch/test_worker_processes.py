@@ -133,8 +133,8 @@ def test_leaving_while_a_worker_is_found_dead(tmp_path: Path, monkeypatch: pytes
 
 
 def _wait_for_ever(fifo: Path) -> None:
-    fifo.write_text("begun")
     try:
+        fifo.write_text("begun")  # whoever reads it may end this process at once
         signal.pause()
     finally:
         fifo.with_name("tidied").touch()

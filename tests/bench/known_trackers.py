@@ -19,7 +19,7 @@ from radar_service.truth.crossings import closest_approach
 ACCELERATION = 0.0005  # spectral density of white acceleration [m^2/s^3], for all scenarios
 FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
 UNDER_WAY = 2.0  # m/s: the course of what is slower is not known
-ACCELERATIONS, STAY = (1e-5, 0.02), (1200.0, 30.0)  # of the models that keep a course and turn [m^2/s^3], [s]
+ACCELERATIONS, STAY = (1e-5, 0.02), (3600.0, 30.0)  # of the models that keep a course and turn [m^2/s^3], [s]
 GATE = 16.0  # squared normalised distance: 1 in 3000 plots of a target lies beyond
 CONFIRM, LOST = 5, 9  # plots that confirm a track, scans without one that end it
 UNLIKELY = 3  # scans within which a track that is not confirmed needs its next plot; one less among clutter

@@ -20,6 +20,7 @@ from tests.bench.trackers.test_stone_soup import plot
 
 SEEDS = 100
 GOOD: dict[str, Callable[[Scenario], Tracker]] = {
+    "IMM": lambda scenario: ReckonedTracker(known.Imm(data_sheet(scenario))),
     "gnn": lambda scenario: tracker_for("gnn", header_of(scenario, 0)),
     "jpda": lambda scenario: tracker_for("jpda", header_of(scenario, 0)),
     "straight line": lambda scenario: ReckonedTracker(known.StraightLine(data_sheet(scenario))),
@@ -49,7 +50,8 @@ def test_the_best_tracker_is_a_line_of_least_squares() -> None:
 @pytest.mark.parametrize("good", GOOD)
 @pytest.mark.parametrize("number", [1, 2, 3, 4])
 def test_good_trackers_fail_no_limit(good: str, number: int, folder: Path) -> None:
-    """A lower bound above 5 % fails with any number of runs; the best possible tracker misses 2 % at most."""
+    """A lower bound above 5 % fails with any number of runs: a figure of 95 % is judged over runs, as the best possible tracker
+    misses it in some."""
     scenario = load_scenario(f"msc192-table3-{number}")
     runs = []
     for seed in range(SEEDS):

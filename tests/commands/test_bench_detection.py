@@ -55,17 +55,6 @@ def test_a_sea_is_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert main([*common, "--looks", "x"]) == 2
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [(["fly"], "there is no such scenario"), (["crossing-freighters"], 'body "eastbound": detection is judged for points')],
-)
-def test_wrong_input_is_one_sentence(
-    arguments: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    assert main(["bench-detection", *arguments, "--jobs", "1", "-o", str(tmp_path)]) == 2
-    assert message in capsys.readouterr().err
-
-
 def test_bench_detection_has_a_default_scenario() -> None:
     options = parser().parse_args(["bench-detection", "-o", "out"])
     assert (options.scenario, options.scans, options.ranges, str(options.out)) == ("msc192-table2", 100, 16, "out")

@@ -37,24 +37,6 @@ def test_a_tracker_is_ranked_against_the_reference(
     assert report["seeds"] == 2 and Path("bench-plots/noisy-2-1.json.gz").exists()
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "name a folder for the report, or give --list"),
-        (["stairs", "-o", "x"], "stairs: there is no such ladder"),
-        (["noisy.toml", "-o", "x", "--tracker", "no-such-program"], "'no-such-program' could not be started"),
-        (["noisy.toml", "noisy.toml", "-o", "x"], "two have the same name"),
-    ],
-)
-def test_wrong_input_is_one_sentence(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    ladder(tmp_path, LADDER.replace("6", "2"))
-    assert main(["bench-ladder", *arguments, "--seeds", "2", "--jobs", "1"]) == 2
-    assert message in capsys.readouterr().err
-
-
 def test_defaults_and_values() -> None:
     options = parser().parse_args(["bench-ladder", "clutter", "-o", "out", "--tracker", "a", "--tracker", "b"])
     assert (options.ladders, options.seeds, options.trackers, str(options.out)) == (["clutter"], 20, ["a", "b"], "out")

@@ -37,27 +37,6 @@ def test_a_run_writes_a_report_and_compares(tmp_path: Path, capsys: pytest.Captu
     assert "ospa_m" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ([], "name at least one scenario and a folder"),
-        (["crossing-cpa-500"], "name at least one scenario and a folder"),
-        (["fly", "-o", "x"], "there is no such scenario"),
-        (["crossing-cpa-500", "-o", "x", "--tracker", "no-such-program --x"], "could not be started"),
-        (["crossing-cpa-500", "-o", "x", "--answers", "plots"], "they are of the video; give --input video too"),
-        (["crossing-cpa-500", "-o", "x", "--input", "video", "--answers", "ttm"], "a program that writes TTM"),
-        (["real/autoferry-2", "-o", "x", "--input", "video"], "its plots are recorded; leave --input video out"),
-        (["--compare", "a.json", "b.json"], "a.json: No such file"),
-    ],
-)
-def test_wrong_input_is_one_sentence(
-    arguments: list[str], message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["bench-tracker", *arguments, *(["--jobs", "1"] if arguments else [])]) == 2
-    assert message in capsys.readouterr().err
-
-
 def test_defaults_and_values() -> None:
     options = parser().parse_args(["bench-tracker", "a", "b", "-o", "out", "--seeds", "59"])
     assert (options.scenarios, options.seeds, options.tracker, str(options.out)) == (["a", "b"], 59, "gnn", "out")

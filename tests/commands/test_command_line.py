@@ -11,6 +11,7 @@ from radar_service.commands import command_line
 from radar_service.commands.command_line import module_of, parser
 from radar_service.commands.shared_options import DEFAULT_SCENE
 from radar_service.plug_ins import PlugInError
+from tests.bench.ladder.test_series import LADDER, ladder
 from tests.plug_ins import join
 
 COMMANDS = plug_ins.names("commands")
@@ -114,3 +115,35 @@ def test_a_command_whose_arguments_fail_is_told_by_its_package(monkeypatch: pyte
     ):
         parser("odd")
     assert parser("check").parse_args(["check", "harbour"]).command == "check"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("bench-tracker", "name at least one scenario and a folder"),
+        ("bench-tracker crossing-cpa-500 --jobs 1", "name at least one scenario and a folder"),
+        ("bench-tracker fly -o x --jobs 1", "there is no such scenario"),
+        ("bench-tracker crossing-cpa-500 -o x --jobs 1 --tracker no-such-program", "could not be started"),
+        ("bench-tracker crossing-cpa-500 -o x --answers plots", "they are of the video; give --input video too"),
+        ("bench-tracker crossing-cpa-500 -o x --input video --answers ttm", "a program that writes TTM"),
+        ("bench-tracker real/autoferry-2 -o x --input video", "its plots are recorded; leave --input video out"),
+        ("bench-tracker --compare a.json b.json", "a.json: No such file"),
+        ("bench-detection fly -o x", "there is no such scenario"),
+        ("bench-detection crossing-freighters -o x", 'body "eastbound": detection is judged for points'),
+        ("bench-ladder --seeds 2", "name a folder for the report, or give --list"),
+        ("bench-ladder stairs -o x --seeds 2", "stairs: there is no such ladder"),
+        (
+            "bench-ladder noisy.toml -o x --seeds 2 --jobs 1 --tracker no-such-program",
+            "'no-such-program' could not be started",
+        ),
+        ("bench-ladder noisy.toml noisy.toml -o x --seeds 2", "two have the same name"),
+    ],
+)
+def test_what_a_bench_cannot_do_is_one_sentence(
+    words: str, message: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
+    monkeypatch.chdir(tmp_path)
+    ladder(tmp_path, LADDER.replace("6", "2"))
+    assert main(words.split()) == 2
+    assert message in capsys.readouterr().err

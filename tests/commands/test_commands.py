@@ -1,6 +1,7 @@
 """The short modules of commands, each under its name."""
 
 import argparse
+import contextlib
 import json
 import pickle
 import re
@@ -14,11 +15,16 @@ from PIL import Image
 import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.believed.verdicts import PAGE
+from radar_service.commands.command_line import parser
 from radar_service.commands.shared_options import SimulatorOptions, service_groups
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.budget import ErrorBudget
+from radar_service.recording import read
 from radar_service.study import stability
-from tests.scenes import ONE_TARGET
+from radar_service.world import large_mesh
+from radar_service.world.shapes import sphere
+from tests.plots.test_plot_report import SCENE as PLOTTED
+from tests.scenes import ONE_TARGET, TWO_RADARS
 from tests.study.chart.settings import PLATE, SMALL
 
 
@@ -140,3 +146,177 @@ def test_the_command_writes_its_report(tmp_path: Path, monkeypatch: pytest.Monke
     monkeypatch.setattr(stability, "STUDIES", (study,))
     assert main(["stability", "-o", str(tmp_path / "out")]) == 0
     assert "range in single precision" in (tmp_path / "out" / "stability.html").read_text()
+
+
+# check: the command `check`, and which radar it and `plan` speak of.
+def test_check_says_what_a_scene_contains(one_target: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["check", str(one_target)]) == 0
+    output = capsys.readouterr().out
+    assert "one target" in output and "p" in output
+
+
+@pytest.mark.parametrize(("radar", "bodies"), [(None, {"p"}), ("bow", {"p"}), ("pier", {"tug", "p"})])
+def test_check_and_plan_are_those_of_a_radar(
+    radar: str | None, bodies: set[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "two.json"
+    path.write_text(json.dumps(TWO_RADARS))
+    chosen = [] if radar is None else ["--radar", radar]
+    assert main(["check", str(path), "--all", *chosen]) == 0
+    text = capsys.readouterr().out
+    assert "bow on tug\n" in text and f"as {radar or 'bow'} has it" in text
+    assert set(re.findall(r"^  (p|tug): ", text, re.M)) == bodies
+    assert main(["plan", str(path), "--json", "--realtime-factor", "0.01", *chosen]) == 0
+    planned = {choice["what"] for choice in json.loads(capsys.readouterr().out)["choices"]}
+    assert planned & {"body p", "body tug"} == {f"body {name}" for name in bodies}
+
+
+def test_remarks_on_a_large_mesh_are_of_slices(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A closed ball of 5120 triangles, of which 1600 are judged: convex, no part of it open where slices end."""
+    ball = sphere(4.0, 0.01)
+    lines = ["v {} {} {}".format(*row) for row in ball.vertices.tolist()] + [
+        "f {} {} {}".format(*row + 1) for row in ball.faces
+    ]
+    (tmp_path / "ball.obj").write_text("\n".join(lines))
+    table = {"name": "ball", "mesh": "ball.obj", "scattering": "optics", "position_m": [0, 500, 0]}
+    (tmp_path / "scene.json").write_text(json.dumps({"body": [table]}))
+    monkeypatch.setattr(large_mesh, "MAX_JUDGED", 1600)
+    assert main(["check", str(tmp_path / "scene.json"), "--all"]) == 0
+    output = capsys.readouterr().out
+    assert f"these are remarks on 1600 of {len(ball.faces)} facets, in slices across the body" in output
+    assert "convex: no facet reflects onto another" in output and "open or wound" not in output
+
+
+def test_an_upright_hull_is_a_warning_on_the_first_screen(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """After the warnings of the scene."""
+    hull = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 11, "height_m": 10, "position_m": [0, 900, 0]}
+    body = {**hull, "scattering": "optics", "mmsi": 299000001, "ais": {"length_m": 20}}
+    (tmp_path / "scene.json").write_text(json.dumps({"environment": {"multipath": True}, "body": [body]}))
+    assert main(["check", str(tmp_path / "scene.json")]) == 0
+    first, second, third = capsys.readouterr().out.splitlines()[1:4]
+    assert first.startswith(
+        "warning     body[0]: h: 60 m where ais.length_m is 20 m: correct length_m, beam_m, height_m, or"
+    )
+    assert second.startswith("warning     h: metal, upright, over a reflecting sea: ") and third.startswith("radar ")
+
+
+# plots: the command `plots` as a user runs it.
+@pytest.fixture
+def scene(tmp_path: Path) -> str:
+    path = tmp_path / "scene.json"
+    path.write_text(json.dumps(PLOTTED))
+    return str(path)
+
+
+def test_plots_are_printed_and_written(scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out, png = tmp_path / "plots.json", tmp_path / "plots.png"
+    assert main(["plots", scene, "--scans", "1", "--threshold", "known", "-o", str(out), "--png", str(png)]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    data = json.loads(out.read_text())
+    assert lines[0] == f"five kinds: 1 scans, {len(data['plots'])} plots"
+    rows = {line.split("  ")[0]: line.split() for line in lines}
+    assert rows["moored"][1:] == ["ship", "300", "m", "1", "1", "1", "1"] and rows["far"][-1] == "-"
+    noise = next(kind for kind in data["kinds"] if kind["kind"] == "noise")
+    assert rows["noise"][1:3] == [str(noise["cells"]), str(noise["detected"])]
+    assert png.read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_flood_is_told_at_once_on_standard_error(scene: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plots", scene, "--scans", "1", "--threshold", "known", "--pfa", "0.3"]) == 0
+    printed, told = capsys.readouterr()
+    assert told.splitlines()[0].startswith("scan 0: ") and "lower pfa (now 0.3)" in told.splitlines()[0]
+    assert "remark: 3 of 3 scans flood" in printed
+
+
+@pytest.mark.parametrize(("nearest", "with_plot"), [("250", "1"), ("350", "0")])
+def test_plots_nearer_than_a_distance_are_left_out(
+    nearest: str, with_plot: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A flood asks for it. The ship is moored at 300 m."""
+    assert main(["plots", scene, "--scans", "1", "--threshold", "known", "--nearest-m", nearest]) == 0
+    (moored,) = [line.split() for line in capsys.readouterr().out.splitlines() if line.startswith("moored")]
+    assert moored[-2] == with_plot
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--pfa", "0"], "0 is not allowed; a probability between 0 and 1"),
+        (["--pfa", "nan"], "nan is not allowed; a probability"),
+        (["--nearest-m", "x"], "x is not allowed; a length above 0 m"),
+        (["--fidelity", "documented"], "documented has no labels"),
+        (["-o", "/dev/null/plots.json"], "a file is in the way of this folder"),
+        (["--png", "plots.jpg"], "does not end in .png"),
+    ],
+)
+def test_wrong_input_is_one_sentence(
+    arguments: list[str], words: str, scene: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    try:
+        status = main(["plots", scene, "--scans", "1", *arguments])
+    except SystemExit as ended:
+        status = int(ended.code or 0)
+    assert status == 2
+    assert re.search(words, capsys.readouterr().err)
+
+
+def test_plots_have_defaults() -> None:
+    options = parser().parse_args(["plots"])
+    assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, None, None)
+    assert (options.nearest_m, options.out, options.png) == (0.0, None, None)
+
+
+# record: the command `record`.
+def test_a_scene_is_recorded_with_its_truth(one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "a.mcap"
+    assert (
+        main(["record", str(one_target), "--scans", "2", "--seed", "3", "--fidelity", "fast", "--truth", "-o", str(path)])
+        == 0
+    )
+    assert capsys.readouterr().out == f"{path}: 2 x 60 spokes of 301 cells\n"
+    made = rs.Simulator(rs.load_scene(one_target), "fast", 3)
+    assert [scan.field.tobytes() for scan in read(path).scans()] == [made.scan().field.tobytes() for _ in range(2)]
+    assert len(list(read(path).crossings())) == 4  # a crossing and a snapshot a scan
+    assert read(path).seed == 3 and read(path).record["document"]["body"][0]["name"] == "p"
+
+
+def test_a_recording_without_truth_has_none(one_target: Path, tmp_path: Path) -> None:
+    assert main(["record", str(one_target), "-o", str(tmp_path / "a.mcap")]) == 0
+    assert not list(read(tmp_path / "a.mcap").crossings())
+
+
+def test_labels_and_powers_are_recorded(one_target: Path, tmp_path: Path) -> None:
+    options = ["--fidelity", "fast", "--labels", "--powers", "256", "-o", str(tmp_path / "a.mcap")]
+    assert main(["record", str(one_target), *options]) == 0
+    made = rs.Simulator(rs.load_scene(one_target), "fast", labels=True, powers=(256,))
+    (ours,), its = read(tmp_path / "a.mcap").scans(), made.scan()
+    assert ours.labels is not None and its.labels is not None and ours.labels.tobytes() == its.labels.tobytes()
+    assert ours.powers is not None and its.powers is not None and ours.powers[256].tobytes() == its.powers[256].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--powers", "7"], "--powers: 7 is no source of this scene; it has 0 noise"),
+        (["--powers", "ship"], 'powers: "ship" is not all, nor 1 to 64 numbers'),
+        (["--labels", "--fidelity", "documented"], "--labels: the fidelity documented has none"),
+        (["--powers", "all", "--fidelity", "documented"], "--powers: the fidelity documented has none"),
+    ],
+)
+@pytest.mark.parametrize(("command", "name"), [("record", "a.mcap"), ("scan", "a.npz")])
+def test_sources_that_are_not_there_are_refused_and_no_file_made(
+    command: str, name: str, arguments: list[str], words: str, one_target: Path, tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    with contextlib.suppress(SystemExit):  # of the parser
+        assert main([command, str(one_target), *arguments, "-o", str(tmp_path / name)]) == 2
+    assert words in capsys.readouterr().err and not (tmp_path / name).exists()
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
+def test_a_full_disk_is_a_clear_error(one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (path := tmp_path / "full.mcap").symlink_to("/dev/full")
+    assert main(["record", str(one_target), "-o", str(path), "--overwrite"]) == 2
+    assert capsys.readouterr().err.splitlines()[-1] == f"{path}: No space left on device"

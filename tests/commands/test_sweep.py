@@ -1,7 +1,6 @@
 """The command `sweep`: what it prints, and what it refuses before it begins."""
 
 import re
-import resource
 from contextlib import nullcontext
 from pathlib import Path
 
@@ -9,6 +8,7 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.sweep.store import SweepStore
+from tests.limits import full_disk
 from tests.sweep.sweeps import SPEC, written
 
 
@@ -103,12 +103,8 @@ def test_a_full_file_system_ends_it_and_leaves_nothing_that_looks_whole(
 ) -> None:
     """Files may have 4 kB here: the layout fits, the arrays of runs do not."""
     spec, out = written(tmp_path, 'scene = "small.toml"\nkeep = ["field"]'), tmp_path / "out.zarr"
-    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (4096, limits[1]))
-    try:
+    with full_disk(4096):
         status = main(["sweep", str(spec), "-o", str(out), "--jobs", "1"])
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
     last = capsys.readouterr().err.splitlines()[-1]
     assert (status, last) == (2, f"{out}: File too large; make room, and the same command goes on")
     store = SweepStore(str(out))

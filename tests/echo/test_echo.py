@@ -9,8 +9,7 @@ import pytest
 from radar_service.echo.beam_paths import Beam, DirectPath, Sights
 from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes, PartGeometry
 from radar_service.echo.closest_approach import closest_approach, nearest_and_top
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, Echoes, concatenated
-from radar_service.echo.moving_beam import BeamTable, received_field
+from radar_service.echo.echoes import AzimuthTimes, BeamTable, BeamWeightedEchoes, Echoes, concatenated, received_field
 from radar_service.echo.passage_nodes import (
     CUBIC_PHASE,
     Part,

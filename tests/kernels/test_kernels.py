@@ -10,8 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from radar_service.echo.block_geometry import BlockGeometry, ObservedEchoes
-from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.moving_beam import BeamTable
+from radar_service.echo.echoes import AzimuthTimes, BeamTable
 from radar_service.echo.range_history import parabola
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.frames import map_from_body, map_from_deck

@@ -1,18 +1,44 @@
 """A plan as text and as plain data, and the requirements that it cannot meet."""
 
+import argparse
 import json
 import math
+import re
 from dataclasses import asdict
+from itertools import chain
+from pathlib import Path
+from typing import Any
 
 import pytest
 
+import radar_service as rs
+from radar_service.believed.verdicts import chosen_rows
+from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.body_errors import aspects_db
-from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.plan import plan_for
+from radar_service.plan.budget import (
+    DEFAULT_DB,
+    ERROR_HELP,
+    MAX_DB,
+    MIN_DB,
+    STEPS_DB,
+    ErrorBudget,
+    error_budget,
+    finite_pace,
+)
+from radar_service.plan.cost_model import (
+    SetUp,
+    counts_per_body,
+    engine_counts,
+    engine_statistics,
+    first_visibility_update,
+)
+from radar_service.plan.culling import CulledBody
+from radar_service.plan.plan import held, plan_for
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
-from radar_service.plan.statistics import Costs, Counts, EngineStatistics
+from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.records.fidelity import PRESETS
+from radar_service.trace.embree import RayCount
 from tests.scenes import point, scene
 
 COUNTS = Counts(
@@ -138,3 +164,162 @@ def test_land_under_way_tells_its_border_and_the_step_and_error_of_its_visibilit
     assert "computed once a passage" in items["body house"].how and "computed at each azimuth" in items["body metal"].how
     items = {item.what: item for item in plan_for(made, PRESETS["balanced"]).choices}
     assert "land under way" not in items and "computed at each azimuth" in items["body house"].how
+
+
+# statistics: sums of costs, and the pace that they allow.
+STAGE_COSTS = Costs(1.0, 2.0, 4.0, 32.0, effects={"clutter": 8.0, "interference": 16.0})
+
+
+def test_the_total_has_every_stage_once() -> None:
+    """Powers of two: a stage that is missing or counted twice changes the sum."""
+    assert STAGE_COSTS.total == 63.0
+
+
+def test_the_pace_is_the_spoke_period_over_the_cost_of_an_azimuth() -> None:
+    """24 rpm and 720 azimuths: 3.4722 ms per spoke; 63 us of it are used."""
+    made = scene(radar={"rpm": 24, "azimuths": 720})
+    assert realtime_factor(made, STAGE_COSTS) == pytest.approx(2.5 / 720 / 63e-6)
+    assert realtime_factor(made, Costs(0.0, 0.0, 0.0, 0.0, 0.0)) == math.inf
+
+
+def test_nothing_is_known_before_an_engine_is_prepared() -> None:
+    assert EngineStatistics() == EngineStatistics({}, None, None, None)
+
+
+# credibility: lines on what was held against published figures: the table agrees with the page, and lines follow the scene.
+PAGE = Path(__file__).parents[2] / "docs/believed.md"
+HULL = {"shape": "hull", "length_m": 20, "beam_m": 5, "height_m": 4, "scattering": "optics"}
+
+
+def test_the_table_has_each_counted_row_and_those_outside_of_the_page() -> None:
+    counted = {row.id for row in chosen_rows([]) if not row.uncounted}
+    assert set(chain(*held()["rows"].values(), held()["elsewhere"])) == counted
+    outside = PAGE.read_text(encoding="utf-8").split("## Outside")[1].split("## Inside")[0]
+    assert sorted(held()["outside"]) == sorted(re.findall(r"^\| ([A-Z]\d\d) \|", outside, flags=re.M))
+
+
+def believed(bodies: list[dict[str, object]], **tables: dict[str, object]) -> str:
+    return "\n".join(plan_for(scene(bodies, **tables), PRESETS["balanced"]).believed)
+
+
+def test_lines_name_what_is_modelled_alone() -> None:
+    calm = believed([])
+    assert "sea clutter" not in calm and "set that is sold" not in calm
+    rough = believed([], environment={"sea_state": 3, "noise": True}, radar={"set": "furuno-1824c"})
+    assert "sea clutter: 7 of 12 published figures inside, outside C03" in rough and "set that is sold: 4 of 4" in rough
+
+
+def test_bodies_stand_under_their_kinds_and_what_nobody_has_measured_at_the_end() -> None:
+    bodies = [
+        HULL | {"name": "a", "material": "steel", "position_m": [500, 0, 0]},
+        HULL | {"name": "b", "material": "fibreglass", "position_m": [0, 500, 0]},
+        {"name": "c", "shape": "reflector", "reflector": "octahedral", "edge_m": 0.3, "position_m": [700, 0, 4]},
+        {"name": "d", "shape": "point", "rcs_dbsm": 10, "position_m": [0, 900, 4]},
+    ]
+    lines = believed(bodies).splitlines()
+    assert [line.split(":")[0] for line in lines[-4:]] == [
+        "metal ships", "boats", "radar reflectors", "held against nothing published",
+    ]  # fmt: skip
+    assert "cross-sections as declared" in lines[-1]
+
+
+# cost_model: counts of prepared engines by hand.
+SMALL = {"azimuths": 120, "beamwidth_deg": 7.5, "range_max_m": 1500, "pulse_s": 2e-6, "rpm": 24}
+PLATE = {"name": "plate", "shape": "plate", "width_m": 20, "height_m": 20, "position_m": [0, 600, 8], "heading_deg": 180,
+         "rcs_dbsm": 20, "speed_kn": 12, "course_deg": 90}  # fmt: skip
+
+
+def prepared_from(bodies: list[dict[str, Any]], rays: RayCount | None = None, **sections: Any) -> Prepared:
+    made: rs.Scene = scene(bodies, radar=SMALL, **sections)
+    return prepare(made, PRESETS["balanced"], 0, rays=rays)
+
+
+def test_resting_and_moving_points_are_counted() -> None:
+    """12 kn for 2.5 s in steps of 5 m: 3.087 visibility updates per scan."""
+    bodies = [point("a", 0, 500), point("b", 700, 0), point("c", -300, 300, speed_kn=12, course_deg=90)]
+    prepared = prepared_from(bodies)
+    counts = engine_counts(SetUp(prepared, {}, 17, 4))
+    assert (counts.resting_echoes, counts.moving_echoes, counts.shadowed_echoes, counts.scatterers) == (2, 1, 0, 3)
+    assert (counts.set_up_rays, counts.look_rays) == (17, 4)
+    assert counts.looks_per_scan == pytest.approx(12 * 1852 / 3600 * 2.5 / 5.0)
+    assert counts.transform_samples == 2 * prepared.compression.size
+    per_body = counts_per_body(prepared)
+    assert per_body.scatterers.tolist() == per_body.echoes.tolist() == [1, 1, 1]
+
+
+def test_a_passing_plate_shadows_the_point_behind_it() -> None:
+    prepared = prepared_from([point("behind", 0, 900, 10.0), PLATE])
+    assert engine_counts(SetUp(prepared, {}, 0, 0)).shadowed_echoes == 1
+
+
+def test_the_first_visibility_update_is_cached() -> None:
+    rays = RayCount()
+    prepared = prepared_from([point("behind", 0, 900, 10.0), PLATE], rays)
+    cast = rays.rays
+    first_visibility_update(prepared)
+    update = rays.rays
+    assert update > cast
+    first_visibility_update(prepared)
+    assert rays.rays == update
+
+
+def test_statistics_have_counts_costs_and_what_was_culled() -> None:
+    culled = {0: CulledBody("always out of range", 0.0, occludes=False)}
+    statistics = engine_statistics(SetUp(prepared_from([point("t", 0, 500)]), culled, 0, 0))
+    assert statistics.culled is culled and statistics.counts is not None and statistics.costs is not None
+    assert statistics.bodies is not None and statistics.bodies.echoes.tolist() == [1]
+
+
+# budget: the error budget in numbers by hand.
+def test_the_default_budget_is_half_a_decibel_and_40_db_of_field() -> None:
+    assert (ErrorBudget().target_db, ErrorBudget().field_db) == (0.5, -40.0)
+
+
+def test_field_errors_are_proportional_to_the_budget() -> None:
+    """Ten times the budget is 20 dB; methods keep 14 dB more for weak targets."""
+    assert ErrorBudget(5.0).field_db == pytest.approx(-20.0)
+    assert ErrorBudget(0.05).field_db == pytest.approx(-60.0)
+    assert ErrorBudget(5.0).method_db == pytest.approx(-34.0)
+
+
+def test_the_share_is_the_power_ratio_less_one() -> None:
+    """3.0103 dB is a factor of 2, 10 dB a factor of 10."""
+    assert ErrorBudget(3.010299957).share == pytest.approx(1.0, rel=1e-9)
+    assert ErrorBudget(10.0).share == pytest.approx(9.0)
+
+
+@pytest.mark.parametrize("wrong", [0.0, -1.0, 11.0, math.nan, math.inf])
+def test_a_budget_beyond_reason_is_refused_with_what_is_allowed(wrong: float) -> None:
+    with pytest.raises(ValueError, match=r"error budget: .* dB is not allowed; 0\.01 to 10 dB"):
+        ErrorBudget(wrong)
+
+
+def test_limits_steps_and_default_are_allowed_budgets() -> None:
+    for budget in (MIN_DB, MAX_DB, DEFAULT_DB, *STEPS_DB):
+        assert ErrorBudget(budget).target_db == budget
+    assert list(STEPS_DB) == sorted(STEPS_DB)
+
+
+def test_an_error_budget_is_read_in_decibels() -> None:
+    assert error_budget("0.25") == ErrorBudget(0.25)
+    assert error_budget("1e1") == ErrorBudget(10.0)
+
+
+@pytest.mark.parametrize("text", ["", "half", "0", "-1", "10.1", "nan", "inf"])
+def test_other_error_budgets_are_refused_with_the_limits(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match=f'"{text}" is not an error budget; give 0.01 to 10 dB'):
+        error_budget(text)
+
+
+def test_a_pace_is_any_finite_number_above_0() -> None:
+    assert [finite_pace(text) for text in ("1", "0.01", "1e12")] == [1.0, 0.01, 1e12]
+
+
+@pytest.mark.parametrize("text", ["", "fast", "0", "-2", "nan", "inf"])
+def test_other_paces_are_refused(text: str) -> None:
+    with pytest.raises(argparse.ArgumentTypeError, match=f'"{text}" is not a pace; give a number above 0'):
+        finite_pace(text)
+
+
+def test_the_help_has_the_limits_and_the_default() -> None:
+    assert "0.01 to 10 dB" in ERROR_HELP and "auto: 0.5" in ERROR_HELP

@@ -198,7 +198,6 @@ def test_every_number_is_received_or_announced_whatever_happens(operations: list
     asyncio.run(Model().run(operations))
 
 
-FLAT_OUT = Settings(pace=Pace("run", math.inf))
 TRUTHFUL = (2, 4)  # those of QUERIES with truth
 QUERIES = ("", "?mode=lossless", "?mode=lossless&truth=1", "?labels=1&powers=256", "?encoding=f32&truth=1")
 

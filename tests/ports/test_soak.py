@@ -110,13 +110,6 @@ def test_a_day_of_spokes_through_the_hub_leaves_nothing_behind(spokes: int) -> N
     assert abs(last.objects - settled.objects) < 100
 
 
-WIDE: dict[str, Any] = {  # 45,000 cells; as few spokes a second as a busy machine computes
-    "radar": {"azimuths": 360, "rpm": 6, "beamwidth_deg": 2, "bandwidth_hz": 5e7, "pulse_s": 1e-6, "range_max_m": 89_900},
-    "body": [{"name": "p", "shape": "point", "position_m": [0, 3000, 10], "rcs_dbsm": 10}],
-}
-SWAPS, FIRST_SWAPS = 40, 5
-
-
 if __name__ == "__main__":
     held_then = asyncio.run(soak(int(sys.argv[1])))
     print(json.dumps([time.process_time(), *held_then]))

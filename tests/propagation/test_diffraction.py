@@ -16,7 +16,7 @@ from radar_service.propagation.sea_surface import sea_water_permittivity
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.scattering.model import ALL_PATHS
 from radar_service.scattering.models import height_over_horizon
-from radar_service.truth.ground_truth import scene_hash
+from radar_service.truth.truth_file import scene_hash
 from radar_service.world.error import SceneError
 from tests.reference.smooth_sea import EARTH, LIGHT, contour_field, recommended_loss_db
 from tests.scenes import point, scene

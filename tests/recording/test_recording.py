@@ -1,32 +1,39 @@
 """A recording in process: the spokes, scans and truth of the simulator that it was made of, to the bit."""
 
+import errno
 import json
-import subprocess
-import sys
+from dataclasses import replace
 from itertools import islice
+from math import inf
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from jsonschema import Draft202012Validator
+from mcap.reader import make_reader
 
 import radar_service as rs
 from radar_service import wire
+from radar_service.__main__ import main
 from radar_service.commands.record import record_scans
 from radar_service.display.video import Controls
 from radar_service.recording import Recording, RecordingError, read
-from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.chunk_table import ChunkTable, epochs_of, radars_with_epoch, recorded_radars
 from radar_service.recording.json_schema import COMPRESSED_IMAGE, SCENE, schema_of, truth_schema
+from radar_service.recording.plain import plain, restored
 from radar_service.recording.radar_recording import RadarRecording
 from radar_service.recording.recording_file import RecordingFile
 from radar_service.records.cell_sources import SourceRequest
+from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import Spoke
 from radar_service.records.truth import Crossing
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
-from radar_service.terminal.extras import install_command
 from radar_service.world.commands import CommandLog
+from tests.limits import full_disk
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
+from tests.scenes import radar
 from tests.service.fake import FakeEngine, labels_of, scene
 
 
@@ -246,21 +253,148 @@ def test_a_schema_knows_the_types_of_a_record() -> None:
     assert not Draft202012Validator(truth_schema()).is_valid({"type": "crossing", "range": "far"})
 
 
-# mcap_library: without the package `mcap`: a clear error, and everything else works.
-def test_without_the_package_commands_name_the_extra_or_do_without(tmp_path: Path) -> None:
-    """A file that is missing is named before the extra."""
-    (path := tmp_path / "x.mcap").touch()
-    refused = ["record", "one", "-o", str(path)], ["replay", str(path)], ["serve", "--record", str(path)]
-    code = (
-        "import sys; sys.modules['mcap'] = None; sys.modules['mcap.data_stream'] = None\n"
-        "from radar_service.__main__ import main\n"
-        f"print([main(words) for words in (*{refused}, ['replay', 'nofile.mcap'], ['check', 'worked-example'])])\n"
-        "import radar_service.recording; radar_service.recording.read('x.mcap')"
-    )
-    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
-    assert result.stdout.endswith("[2, 2, 2, 2, 0]\n"), result.stderr
-    *needed, missing = result.stderr.splitlines()[:4]
-    assert all(line.startswith("recordings need the package mcap") for line in needed)
-    assert all(line.endswith(f"run: `{install_command('record')}`") for line in needed)
-    assert missing == "nofile.mcap: there is no such file; give a recording"
-    assert "MissingExtra: recordings need the package mcap" in result.stderr.splitlines()[-1]
+# mcap_library: without the package `mcap` a clear error, and everything else works: tests/terminal/test_extras.py.
+
+
+# error: the error of a recording is a ValueError, and reading is what the package exports.
+def test_the_error_is_a_value_error() -> None:
+    assert issubclass(RecordingError, ValueError)
+    assert read is Recording
+
+
+# epochs: the epochs of a recording.
+def written(path: Path, *scenes: dict[str, object]) -> ChunkTable:
+    """A file with the scenes of a radar and nothing else, each in a chunk of its own."""
+    with RecordingFile(path) as file:
+        file.channel("/radar/west/feed", "msgpack")
+        write = file.channel("/radar/west/scene", "json")
+        for scene in scenes:
+            write(0.0, 0.0, json.dumps(scene).encode())
+            file.flush()
+    return ChunkTable(path)
+
+
+def test_an_epoch_reaches_into_the_chunk_of_the_next(tmp_path: Path) -> None:
+    table = written(tmp_path / "a.mcap", {"format": 1, "epoch": "x"}, {"format": 1, "epoch": "y"})
+    assert recorded_radars(table) == ["west"]
+    assert [(epoch.name, list(epoch.chunks)) for epoch in epochs_of(table, "west")] == [("x", [0, 1]), ("y", [1])]
+
+
+def test_another_format_is_refused(tmp_path: Path) -> None:
+    table = written(tmp_path / "a.mcap", {"format": 2, "epoch": "x"})
+    with pytest.raises(RecordingError, match="format: 2 is not 1; read it with the version that recorded it"):
+        epochs_of(table, "west")
+
+
+def test_another_radar_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(RecordingError, match='has no "0"; it has west'):
+        epochs_of(written(tmp_path / "a.mcap", {"format": 1, "epoch": "x"}), "0")
+
+
+def test_a_radar_whose_epoch_was_cut_off_is_left_out(tmp_path: Path) -> None:
+    with RecordingFile(path := tmp_path / "two.mcap") as file:
+        writers = {}
+        for radar in ("east", "west"):
+            file.channel(f"/radar/{radar}/feed", "msgpack")
+            writers[radar] = file.channel(f"/radar/{radar}/scene", "json")
+        for radar, epoch in (("east", "x"), ("west", "x"), ("west", "y")):
+            writers[radar](0.0, 0.0, json.dumps({"format": 1, "epoch": epoch}).encode())
+            file.flush()
+    table = ChunkTable(path)
+    assert [radars_with_epoch(table, number) for number in range(3)] == [["east", "west"], ["west"], ["east", "west"]]
+    path.write_bytes(path.read_bytes()[: table.chunks[1].offset])
+    cut = ChunkTable(path)
+    assert recorded_radars(cut) == ["east", "west"] and radars_with_epoch(cut, 0) == ["east"]
+
+
+# plain: records as plain data and back.
+MAST = [{"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}]
+
+
+@pytest.mark.parametrize(
+    "record",
+    [*PRESETS.values(), radar(),
+     radar(structure=MAST, multiple_echoes={"own_rcs_dbsm": 30}), radar(structure=MAST),
+     radar(pattern="taylor", blind_sectors_deg=[[10, 20.1], [80, 90]], beamwidth_deg=3.3),
+     radar(pattern=[[0, 0], [3, -3], [10, -30]], beamwidth_deg=6)],
+)  # fmt: skip
+def test_a_record_comes_back_to_the_bit(record: object) -> None:
+    assert restored(json.loads(json.dumps(plain(record), allow_nan=False))) == record
+
+
+def types_in(value: Any) -> set[str]:
+    """The names of all classes in plain data."""
+    if isinstance(value, dict):
+        return {value["type"], *(name for part in value.values() for name in types_in(part))} if "type" in value else set()
+    return {name for part in value for name in types_in(part)} if isinstance(value, list) else set()
+
+
+def test_files_of_other_versions_name_the_classes_as_this_one_does() -> None:
+    """Whatever module they are in: a recording is read by later versions."""
+    assert types_in(plain(PRESETS["balanced"])) == {"radar_service.fidelity.Fidelity"}
+    assert types_in(plain(radar(pattern="taylor", tilt_deg=1))) == {
+        "radar_service.radar.parameters.Radar", "radar_service.radar.patterns.Taylor",
+    }  # fmt: skip
+    behind = plain(radar(structure=MAST, multiple_echoes={"own_rcs_dbsm": 30}))
+    assert [*behind][-5:] == ["structures", "multiple", "label_floor", "integration", "scales"]
+    assert types_in([behind["structures"], behind["multiple"]]) == {
+        "radar_service.radar.structures.Structure", "radar_service.radar.parameters.MultipleEchoes", "float",
+    }  # fmt: skip
+    assert plain(radar())["structures"] == [] and plain(radar())["multiple"] is None
+
+
+def test_an_origin_of_the_rotation_that_earlier_versions_recorded_is_left_out() -> None:
+    origin = {"type": "radar_service.radar.parameters.Origin", "time": 7.5, "scan": 3}
+    assert restored(plain(radar()) | {"origin": origin}) == radar()
+
+
+def test_only_records_of_radars_are_made() -> None:
+    for kind in ("subprocess.Popen", "radar_service.radar.parameters.horizon", "radar_service.radar.nothing.X", ""):
+        with pytest.raises(RecordingError, match="is no record of a radar"):
+            restored({"type": kind, "args": "x"})
+
+
+def test_fields_of_another_version_are_named() -> None:
+    with pytest.raises(RecordingError, match="colour.*read it with the version that recorded it"):
+        restored(plain(PRESETS["fast"]) | {"colour": 1})
+
+
+def test_infinity_has_a_place_in_json() -> None:
+    assert plain(replace(PRESETS["fast"], beam_extent=inf))["beam_extent"] == {"type": "float", "value": "inf"}
+
+
+# recording_file: the file: what other readers of MCAP find in it, and what happens where the disk refuses.
+def test_another_reader_finds_channels_times_and_messages(tmp_path: Path) -> None:
+    with RecordingFile(tmp_path / "a.mcap") as file:
+        plain, described = file.channel("/x", "msgpack"), file.channel("/y", "json", {"title": "Y", "type": "object"})
+        plain(1.5, 0.5, b"one")
+        described(2.0, 1.0, b"{}")
+    with (tmp_path / "a.mcap").open("rb") as stream:
+        reader = make_reader(stream, validate_crcs=True)
+        got = [
+            (schema and schema.name, channel.topic, m.log_time, m.publish_time, m.data)
+            for schema, channel, m in reader.iter_messages()
+        ]
+        assert reader.get_header().profile == "radar-service"
+    assert got == [(None, "/x", 1_500_000_000, 500_000_000, b"one"), ("Y", "/y", 2_000_000_000, 1_000_000_000, b"{}")]
+
+
+def test_a_full_disk_names_the_file_and_closing_says_no_more(tmp_path: Path) -> None:
+    (path := tmp_path / "full.mcap").symlink_to("/dev/full")
+    with RecordingFile(path) as file:
+        write = file.channel("/x", "msgpack")
+        with pytest.raises(OSError, match="No space left on device") as caught:
+            write(0.0, 0.0, bytes(2**20))
+            file.flush()
+        assert caught.value.errno == errno.ENOSPC and caught.value.filename == str(path)
+
+
+def test_the_command_tells_a_limit_of_file_sizes_and_the_rest_opens(
+    tmp_path: Path, one_target: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As a full disk: a file may have 300 kB."""
+    with full_disk(300_000):
+        assert main(["record", str(one_target), "--scans", "9", "-o", str(tmp_path / "a.mcap")]) == 2
+    assert f"{tmp_path / 'a.mcap'}: File too large" in capsys.readouterr().err
+    spokes = len(list(read(tmp_path / "a.mcap").spokes()))
+    assert spokes and spokes % 60 == 0

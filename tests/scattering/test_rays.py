@@ -92,6 +92,7 @@ def test_level_land_over_the_curved_earth_has_its_cross_section(tmp_path: Path) 
         assert total == pytest.approx(exact, rel=0.015 if name == "scatterers" else 6 / np.sqrt(len(echoes))), name
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("sampler", SAMPLERS)
 def test_a_facing_plate_has_the_cross_section_of_its_area(sampler: str) -> None:
     """sigma = gamma A for a plate square on at 800 m: 25 turns of rays, 5 sigma of the Poisson count."""

@@ -13,7 +13,7 @@ from radar_service.world.motion import Motion
 from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.shapes import shape_mesh
 from radar_service.world.sway import Sway
-from tests.scene_file.model.test_seaway import HULL
+from tests.scene_file.model.test_model import HULL
 from tests.scenes import point, scene
 
 BOX = {"name": "box", "shape": "box", "length_m": 4, "width_m": 2, "height_m": 2, "position_m": [50, 300, -0.5]}

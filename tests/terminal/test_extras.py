@@ -42,11 +42,14 @@ def test_the_command_installs_all_extras() -> None:
     assert "does not provide the extra" not in done.stderr
 
 
-def test_without_matplotlib_pictures_name_the_extra_and_a_bench_has_its_report(tmp_path: Path) -> None:
-    """The help of a command needs no extra; a command that needs it says so before it computes."""
-    commands = [["chart", "harbour", "-o", "x"], ["stability", "-o", "x"], ["plots", "harbour", "--png", "x.png"]]
+def test_without_their_packages_commands_name_the_extra_and_a_bench_has_its_report(tmp_path: Path) -> None:
+    """A command that needs one says so before it computes; a recording that is missing is named before the extra."""
+    commands = [
+        ["chart", "harbour", "-o", "x"], ["stability", "-o", "x"], ["plots", "harbour", "--png", "x.png"],
+        ["record", "one", "-o", "x.mcap"], ["replay", __file__], ["serve", "--record", "x.mcap"], ["replay", "nofile.mcap"],
+    ]  # fmt: skip
     code = (
-        "import sys; sys.modules['matplotlib'] = None\n"
+        "import sys; sys.modules.update(dict.fromkeys(('matplotlib', 'mcap', 'mcap.data_stream')))\n"
         "import radar_service as rs; from radar_service.__main__ import main; from tests.bench.test_report import RUN, data\n"
         "from radar_service.bench.report import page\n"
         f"print(*map(main, {commands}), 'pictures: <code>.venv' in page(data(), {{'small': RUN}}))\n"
@@ -55,12 +58,15 @@ def test_without_matplotlib_pictures_name_the_extra_and_a_bench_has_its_report(t
     )
     search = {**os.environ, "PYTHONPATH": str(ROOT)}
     done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, env=search, capture_output=True, text=True, timeout=60)
-    assert done.stdout.split() == ["2", "2", "2", "True"], done.stderr
+    assert done.stdout.split() == ["2"] * 7 + ["True"], done.stderr
     lines = done.stderr.splitlines()
     needs = "need the package matplotlib, of the extra pictures; in the folder of the checkout run:"
     assert [line.split(needs)[0] for line in (*lines[:3], lines[-1])] == [
         "studies ", "studies ", "pictures of plots ", "radar_service.terminal.extras.MissingExtra: plots of scans ",
     ]  # fmt: skip
+    for line in lines[3:6]:
+        assert line.startswith("recordings need the package mcap") and line.endswith(f"run: `{install_command('record')}`")
+    assert lines[6] == "nofile.mcap: there is no such file; give a recording"
     assert not [*tmp_path.iterdir()]
 
 

@@ -1,13 +1,11 @@
 """Files that commands write: folders are made, nothing is overwritten unasked, and a full disk leaves nothing half."""
 
 import ast
-import contextlib
 import errno
 import os
-import resource
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +25,8 @@ from radar_service.scans.scan import Scan, save_scans
 from radar_service.simulator import Simulator
 from radar_service.study.stability import report as stability
 from radar_service.terminal.output_files import make_folder, named_errors, prepare, write_file, written
-from tests.scenes import ONE_TARGET, point
+from tests.limits import full_disk
+from tests.scenes import point
 from tests.scenes import scene as scene_of
 
 ROOT = Path(__file__).parents[2]
@@ -50,15 +49,6 @@ IN_FOLDERS: dict[str, Callable[[Path], object]] = {
     "stability.html": lambda folder: stability.write_report(folder, []),
     "x-b1ba07e5.json": lambda folder: ResultFolder(folder).write(Job("x", ()), {"x": "x" * LIMIT}),
 }
-
-
-@pytest.fixture
-def scene(tmp_path: Path) -> str:
-    import json
-
-    path = tmp_path / "one.json"
-    path.write_text(json.dumps(ONE_TARGET))
-    return str(path)
 
 
 def test_folders_are_made_and_files_are_kept(tmp_path: Path) -> None:
@@ -86,33 +76,22 @@ def test_a_file_in_the_way_of_a_folder_is_named(tmp_path: Path) -> None:
     ],
 )  # fmt: skip
 def test_no_command_overwrites_unasked(
-    command: str, option: str, name: str, scene: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    command: str, option: str, name: str, one_target: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     if name.endswith(".mcap"):
         pytest.importorskip("mcap", reason="the extra `record` is absent")
     (tmp_path / name).write_text("mine")
     needed = ["-o", str(tmp_path / "other.npz")] if command == "scan" and option != "-o" else []
-    assert main([command, scene, option, str(tmp_path / name), *needed]) == 2
+    assert main([command, str(one_target), option, str(tmp_path / name), *needed]) == 2
     assert capsys.readouterr().err == f"{tmp_path / name}: it exists already; give --overwrite, or another name\n"
     assert (tmp_path / name).read_text() == "mine" and not (tmp_path / "other.npz").exists()
 
 
-def test_a_command_overwrites_where_it_may_and_makes_folders(scene: str, tmp_path: Path) -> None:
+def test_a_command_overwrites_where_it_may_and_makes_folders(one_target: Path, tmp_path: Path) -> None:
     out = tmp_path / "a" / "b" / "scan.npz"
-    assert main(["scan", scene, "-o", str(out)]) == 0
+    assert main(["scan", str(one_target), "-o", str(out)]) == 0
     first = out.stat().st_mtime_ns
-    assert main(["scan", scene, "-o", str(out), "--overwrite"]) == 0 and out.stat().st_mtime_ns > first
-
-
-@contextlib.contextmanager
-def full_disk() -> Iterator[None]:
-    """No file grows beyond LIMIT in the block."""
-    before = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (LIMIT, before[1]))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert main(["scan", str(one_target), "-o", str(out), "--overwrite"]) == 0 and out.stat().st_mtime_ns > first
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -123,7 +102,7 @@ def test_a_full_disk_leaves_nothing_half_and_what_was_there(name: str, tmp_path:
     simulator = Simulator(scene_of([point("a", 0, 300)], radar=radar), "fast")
     scan, path = simulator.scan(), tmp_path / name
     for before in ([], [name]):
-        with full_disk(), pytest.raises(OSError, match="File too large") as caught:
+        with full_disk(LIMIT), pytest.raises(OSError, match="File too large") as caught:
             WRITERS[name](path, scan, simulator)
         assert (caught.value.errno, caught.value.filename) == (errno.EFBIG, str(path))
         assert os.listdir(tmp_path) == before and (not before or path.read_bytes() == b"mine")
@@ -134,7 +113,7 @@ def test_a_full_disk_leaves_nothing_half_and_what_was_there(name: str, tmp_path:
 
 @pytest.mark.parametrize("name", IN_FOLDERS)
 def test_reports_and_kept_results_are_named_too(name: str, tmp_path: Path) -> None:
-    with full_disk(), pytest.raises(OSError, match="File too large") as caught:
+    with full_disk(LIMIT), pytest.raises(OSError, match="File too large") as caught:
         IN_FOLDERS[name](tmp_path)
     assert caught.value.filename == str(tmp_path / name) and name not in os.listdir(tmp_path)
     assert not [file for file in os.listdir(tmp_path) if file.startswith(".")]

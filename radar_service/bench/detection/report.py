@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from radar_service.bench.detection.clutter import clutter_summary
+from radar_service.bench.report import table
 from radar_service.bench.run_picture import png_text
 from radar_service.numerics.constants import NAUTICAL_MILE
 from radar_service.terminal.html_pages import html_page
@@ -21,18 +22,11 @@ def write_detection(study: Mapping[str, Any], folder: Path) -> None:
     """Writes detection.json and detection.html, of noise or of clutter, into a folder, which is made. Raises OSError."""
     make_folder(folder)
     write_file(folder / "detection.json", json.dumps(study, indent=1, allow_nan=False))
-    in_noise = "criterion" in study
-    write_file(folder / "detection.html", page(study) if in_noise else clutter_page(study))
-
-
-def clutter_page(study: Mapping[str, Any]) -> str:
-    """Returns the page of a study in clutter: its tables as text."""
-    return html_page("bench/detection/clutter.html", study=study, tables=clutter_summary(study))
-
-
-def page(study: Mapping[str, Any]) -> str:
-    """Returns the page."""
-    return html_page("bench/detection/report.html", study=study, criterion=criterion, row=_row, figure=_figure)
+    if "criterion" in study:
+        page = html_page("bench/detection/report.html", study=study, criterion=criterion, row=_row, figure=_figure)
+    else:
+        page = html_page("bench/detection/clutter.html", study=study, tables=clutter_summary(study))
+    write_file(folder / "detection.html", page)
 
 
 def criterion(study: Mapping[str, Any]) -> str:
@@ -47,17 +41,10 @@ def criterion(study: Mapping[str, Any]) -> str:
 
 def summary(study: Mapping[str, Any]) -> str:
     """Returns a table of the targets as text."""
-    lines = [
-        f"{'environment':14} {'target':32} {'first lost':>16} {'last held':>16} {'standard':>9} {'p':>6} {'SNR':>17}  verdict"
-    ]
-    for series in study["series"]:
-        for measured in series["targets"]:
-            target, lost, held, standard, p, snr, word = _row(measured)
-            lines.append(
-                f"{series['environment'][:14]:14} {target[:32]:32} {lost:>16} {held:>16} {standard:>9} {p:>6} {snr:>17}  {word}"
-            )
-    lines += ["ranges: predicted (measured); SNR: mean of the measured less the predicted one"]
-    return "\n".join(lines) + "\n"
+    heads = ("environment", "target", "first lost", "last held", "standard", "p", "SNR", "verdict")
+    rows = [(series["environment"], *_row(measured)) for series in study["series"] for measured in series["targets"]]
+    lines = table("{:14.14} {:32.32} {:>16} {:>16} {:>9} {:>6} {:>17}  {}", [heads, *rows])
+    return "\n".join([*lines, "ranges: predicted (measured); SNR: mean of the measured less the predicted one"]) + "\n"
 
 
 def _row(target: Mapping[str, Any]) -> tuple[str, ...]:
@@ -65,11 +52,8 @@ def _row(target: Mapping[str, Any]) -> tuple[str, ...]:
     lost, held = (_both(target[key]) for key in ("first_lost_m", "last_held_m"))
     standard = "none" if target["standard_nm"] is None else f"{target['standard_nm']:g} NM"
     p = "none" if target["p"] is None else f"{target['p']:.2g}"
-    snr = (
-        "none"
-        if target["snr_difference_db"] is None
-        else f"{target['snr_difference_db']:+.2f} +- {target['snr_error_db']:.2f} dB"
-    )
+    difference, error = target["snr_difference_db"], target["snr_error_db"]
+    snr = "none" if difference is None else f"{difference:+.2f} +- {error:.2f} dB"
     return target["target"], lost, held, standard, p, snr, target["word"]
 
 

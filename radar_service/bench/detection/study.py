@@ -59,9 +59,8 @@ def detection_study(
 ) -> dict[str, Any]:  # fmt: skip
     """Returns the study of a scenario as plain data: in free space, and over the sea where the scenario has multipath.
 
-    scans: of each range; ranges: of each target; executor, progress: as `batch.jobs.run`; seed: of
-    the first part, each of SCANS_PER_JOB scans; the next ones have the next seeds.
-    Raises ScenarioError for targets or an environment that the radar equation does not cover, SceneError, and JobsFailed.
+    scans: of each range; ranges: of each target; executor, progress: as `batch.jobs.run`; seed: of the first SCANS_PER_JOB
+    scans; the next ones have the next seeds. Raises ScenarioError, SceneError, and JobsFailed.
     """
     targets = targets_of(scenario)
     kinds = [False, True] if scenario.scene.get("environment", {}).get("multipath") else [False]

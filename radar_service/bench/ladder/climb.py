@@ -3,7 +3,6 @@
 import os
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -24,7 +23,7 @@ from radar_service.bench.bench import (
 )
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.kept_plots import program_version
-from radar_service.bench.ladder.ranking import LEVEL, Pair, interval, leaderboard, p_value, told_apart
+from radar_service.bench.ladder.ranking import LEVEL, interval, leaderboard, p_value, told_apart
 from radar_service.bench.ladder.series import Ladder
 from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.bench.single_run import scored_run
@@ -42,10 +41,9 @@ def climb(
     progress: Progress = lambda outcomes, count: outcomes, plots: Path | None = None, names: Sequence[str] = (),
     blind: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
-    """Runs trackers on each rung of ladders with seeds 0 to `seeds` - 1, and returns the report as plain data.
+    """Runs trackers, each tried first, and REFERENCE on each rung of ladders, and returns the report as plain data.
 
-    trackers: by name, as `bench` takes them, with REFERENCE among them or not; each is tried before the first run. names: as of
-    `names_of`; blind: whether programs are told no seeds, which then are salted for all. Others as in `bench`. Raises
+    names: as of `names_of`; blind: whether programs are told no seeds, which then are salted. Others as in `bench`. Raises
     ScenarioError, JobsFailed, TrackerError and OSError.
     """
     its_name = names_of(trackers, names)
@@ -100,9 +98,14 @@ def check_length(ladders: Sequence[Ladder], runs: Runs) -> None:
 
 
 def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any]:
-    """Returns the report of the runs of each tracker by rung, as plain data."""
+    """Returns the report of the runs of each tracker by rung, as plain data. Raises ScenarioError where no run of a ladder has
+    its metric."""
     for ladder in ladders:
-        _check_metric(ladder, [run for some in runs.values() for rung in ladder.rungs for run in some[rung.name]])
+        known = sorted(
+            {name for some in runs.values() for rung in ladder.rungs for run in some[rung.name] for name in run["metrics"]}
+        )
+        if known and ladder.metric not in known:
+            raise ScenarioError(f"{ladder.name}: metric: {ladder.metric!r} is none of a run; there are {', '.join(known)}")
     losses = {ladder.name: {tracker: losses_of(ladder, some) for tracker, some in runs.items()} for ladder in ladders}
     overall = {
         tracker: np.mean([losses[ladder.name][tracker].mean(axis=0) / ladder.worst for ladder in ladders], axis=0)
@@ -110,31 +113,21 @@ def report(ladders: Sequence[Ladder], runs: Mapping[str, Runs]) -> dict[str, Any
     }
     return {
         "schema": SCHEMA, "version": program_version(), "level": LEVEL, "seeds": len(next(iter(overall.values()))),
-        **_board(overall), "ladders": [_ladder(ladder, losses[ladder.name], runs) for ladder in ladders],
+        **leaderboard(overall, REFERENCE), "ladders": [_ladder(ladder, losses[ladder.name], runs) for ladder in ladders],
     }  # fmt: skip
-
-
-def _check_metric(ladder: Ladder, runs: Sequence[Mapping[str, Any]]) -> None:
-    """Raises ScenarioError where no run of a ladder has its metric."""
-    known = sorted({name for run in runs for name in run["metrics"]})
-    if known and ladder.metric not in known:
-        raise ScenarioError(f"{ladder.name}: metric: {ladder.metric!r} is none of a run; there are {', '.join(known)}")
 
 
 def losses_of(ladder: Ladder, runs: Runs) -> Floats:
     """Returns the metric of a ladder (rungs, seeds): `worst` where a run has none or a larger one."""
     values = [[run["metrics"].get(ladder.metric) for run in runs[rung.name]] for rung in ladder.rungs]
-    return np.fmin(
-        np.array(values, dtype=np.float64), ladder.worst
-    )  # None is nan, and of nan and a number fmin is the number
+    return np.fmin(np.array(values, dtype=np.float64), ladder.worst)  # of nan, which None is, and a number it is the number
 
 
 def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Runs]) -> dict[str, Any]:
-    summary = ladder.model_dump(
-        include={"name", "question", "expected", "source", "difficulty", "values", "metric", "worst"}
-    )
+    means = {tracker: values.mean(axis=0) for tracker, values in losses.items()}
+    shown = {"name", "question", "expected", "source", "difficulty", "values", "metric", "worst"}
     return {
-        **summary, **_board({tracker: values.mean(axis=0) for tracker, values in losses.items()}),
+        **ladder.model_dump(include=shown), **leaderboard(means, REFERENCE),
         "trackers": [
             {
                 "tracker": tracker, "rungs": _rungs(values, losses[REFERENCE]),
@@ -143,15 +136,6 @@ def _ladder(ladder: Ladder, losses: Mapping[str, Floats], runs: Mapping[str, Run
             for tracker, values in losses.items()
         ],
     }  # fmt: skip
-
-
-def _board(losses: Mapping[str, Floats]) -> dict[str, Any]:
-    figures, pairs = leaderboard(losses, REFERENCE)
-    return {"leaderboard": [asdict(figure) for figure in figures], "pairs": [_pair(pair) for pair in pairs]}
-
-
-def _pair(pair: Pair) -> dict[str, Any]:
-    return {**asdict(pair), "sentence": pair.sentence}
 
 
 def _rungs(losses: Floats, reference: Floats) -> list[dict[str, Any]]:

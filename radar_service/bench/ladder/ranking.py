@@ -1,15 +1,13 @@
-"""Which of several trackers is better, and which cannot be told apart: each seed gives all of them the same plots, so differences
-are paired by seed.
+"""Which of several trackers is better, and which cannot be told apart: differences are paired by seed.
 
-Intervals are those of the bootstrap (Efron 1979). Two trackers are compared by the paired randomisation test (Fisher 1935): were
-they equal, the difference of each seed would have either sign with the same chance. Holm (1979) keeps the level of
-all pairs of a table, so there are few: each tracker is compared with the reference.
+Intervals: bootstrap (Efron 1979). Pairs: randomisation test (Fisher 1935), the reference with each other tracker; Holm (1979)
+keeps the level of all pairs.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from itertools import product
 from math import ceil, log2
+from typing import Any
 
 import numpy as np
 
@@ -24,71 +22,41 @@ ROUNDING = 1e-9  # relative, of sums that are equal
 APART = "cannot be told apart"
 
 
-@dataclass(frozen=True)
-class MeanScore:
-    """A mean over seeds, and its interval. place: 1 and the number of trackers that are better, as `leaderboard` knows it."""
-
-    tracker: str
-    place: int
-    mean: float
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class Pair:
-    """Two trackers. difference: mean of the first one less that of the second. better: the name of one, or None. needed: seeds
-    with which they could be told apart; 0 where there are enough."""
-
-    first: str
-    second: str
-    difference: float
-    p: float
-    better: str | None
-    needed: int = 0
-
-    @property
-    def sentence(self) -> str:
-        """What is known of them."""
-        if self.needed:
-            return f"too few seeds to tell {self.first} and {self.second} apart: {self.needed} are needed"
-        other = self.first if self.better == self.second else self.second
-        return f"{self.better} is better than {other}" if self.better else f"{self.first} and {self.second} {APART}"
-
-
 def seeds_needed(comparisons: int) -> int:
     """Returns the seeds with which the least p of `p_value`, that of differences of one sign, tells apart among so many."""
     return 1 + ceil(log2(max(comparisons, 1) / LEVEL))
 
 
-def leaderboard(losses: Mapping[str, Floats], reference: str) -> tuple[list[MeanScore], list[Pair]]:
-    """Returns trackers, the best first, and pairs of the reference with each other one.
+def leaderboard(losses: Mapping[str, Floats], reference: str) -> dict[str, list[dict[str, Any]]]:
+    """Returns `leaderboard`, trackers with place, mean and interval, the best first, and `pairs` of the reference with each
+    other one, as plain data.
 
-    losses: of each tracker by seed (N,), smaller is better. Trackers that are better than the reference come before it and those
-    that are not told apart from it; worse ones come behind these.
+    losses: of each tracker by seed (N,), smaller is better. A place is 1 and the number of trackers that are better: those than
+    the reference before it and those that are not told apart from it, and these before worse ones. In a pair `needed` is the
+    seeds with which they could be told apart; 0 where there are enough.
     """
-    pairs = _pairs(losses, reference)
-    rank = dict.fromkeys(losses, 0)
-    rank |= {pair.second: 1 if pair.better == reference else -1 for pair in pairs if pair.better}
-    figures = [
-        MeanScore(tracker, 1 + sum(other < rank[tracker] for other in rank.values()), *interval(values))
-        for tracker, values in losses.items()
-    ]
-    return sorted(figures, key=lambda figure: (figure.place, figure.mean)), pairs
-
-
-def _pairs(losses: Mapping[str, Floats], reference: str) -> list[Pair]:
     differences = {name: losses[reference] - losses[name] for name in losses if name != reference}
     p_values = [p_value(each) for each in differences.values()]
-    needed = seeds_needed(len(p_values))
-    pairs = zip(differences.items(), p_values, told_apart(p_values), strict=True)
-    return [
-        Pair(
-            reference, name, float(each.mean()), p, (reference if each.mean() < 0.0 else name) if is_apart else None,
-            needed * (len(each) < needed),
-        )
-        for (name, each), p, is_apart in pairs
-    ]  # fmt: skip
+    needed, rank, pairs = seeds_needed(len(p_values)), dict.fromkeys(losses, 0), []
+    for (name, each), p, is_apart in zip(differences.items(), p_values, told_apart(p_values), strict=True):
+        mean = float(each.mean())
+        better, worse = (reference, name) if mean < 0.0 else (name, reference)
+        if len(each) < needed:
+            sentence = f"too few seeds to tell {reference} and {name} apart: {needed} are needed"
+        else:
+            sentence = f"{better} is better than {worse}" if is_apart else f"{reference} and {name} {APART}"
+        if is_apart:
+            rank[name] = 1 if better == reference else -1
+        pairs.append({
+            "first": reference, "second": name, "difference": mean, "p": p, "better": better if is_apart else None,
+            "needed": needed * (len(each) < needed), "sentence": sentence,
+        })  # fmt: skip
+    figures = []
+    for name, values in losses.items():
+        mean, low, high = interval(values)
+        place = 1 + sum(other < rank[name] for other in rank.values())
+        figures.append({"tracker": name, "place": place, "mean": mean, "low": low, "high": high})
+    return {"leaderboard": sorted(figures, key=lambda figure: (figure["place"], figure["mean"])), "pairs": pairs}
 
 
 def interval(losses: Floats) -> tuple[float, float, float]:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from radar_service.bench.report import unit_of
+from radar_service.bench.report import table, unit_of
 from radar_service.bench.run_picture import png_text
 from radar_service.terminal.html_pages import html_page
 from radar_service.terminal.output_files import write_file
@@ -47,11 +47,11 @@ def text_of(report: Data) -> str:
 
 
 def _board_text(board: Data, title: str) -> str:
-    lines = [f"{title}", f"{'place':>5}  {'tracker':32} {'mean':>9} {'from':>9} {'to':>9}"]
-    lines += [
-        f"{row['place']:>5}  {row['tracker'][-32:]:32} {row['mean']:>9.4g} {row['low']:>9.4g} {row['high']:>9.4g}"
-        for row in board["leaderboard"]
+    heads = {"place": "place", "tracker": "tracker", "mean": "mean", "low": "from", "high": "to"}
+    rows = [
+        (row["place"], row["tracker"][-32:], *(f"{row[key]:.4g}" for key in [*heads][2:])) for row in board["leaderboard"]
     ]
+    lines = [title, *table("{:>5}  {:32} {:>9} {:>9} {:>9}", [[*heads.values()], *rows])]
     return "\n".join([*lines, *(f"    {_sentence(pair)}" for pair in board["pairs"])]) + "\n"
 
 

@@ -45,8 +45,7 @@ def scan_of(message: Mapping[str, Any]) -> TrackerInput:
 
 
 def callable_of(name: str) -> Callable[[], Tracker]:
-    """Returns the callable of `module:callable`. Ends the program with a sentence where there is none; raises what the module
-    raises as it is imported."""
+    """Returns the callable of `module:callable`. Ends the program with a sentence where there is none."""
     module, _, attribute = name.partition(":")
     try:
         imported = importlib.import_module(module)

@@ -33,13 +33,7 @@ class TrackerHangs(TrackerError):
 
 
 class LineTracker(ABC):
-    """A tracker.Tracker behind lines of JSON. `close` ends it.
-
-    It gets one line with `type` "header", then one with `type` "scan" for each scan (TrackerInput.as_dict). To each scan it
-    answers with one line: {"type": "tracks", "scan": its number, "tracks": [{"track", "time", "east", "north",
-    "velocity_east", "velocity_north", and what else of a TrackState it says}]}. A program whose first answer has "again": true,
-    too, takes another header after the last scan.
-    """
+    """A tracker.Tracker behind lines of JSON (docs/bench.md). `close` ends it."""
 
     def __init__(self, name: str, timeout: float) -> None:
         """name: for messages; timeout: for each line, there and back [s]."""

@@ -1,8 +1,7 @@
 """Tracking as an ARPA does it: relative to own ship, whose motion is that of gyro and log.
 
-Plots on the map have the errors of own ship's position, and tracks of them the motion over the ground. The relative motion, on
-which CPA and TCPA depend, is then the difference of two sensors. On a map that is reckoned from gyro and log it is that of the
-plots alone, whatever the log says; true motion has the errors of gyro and log, as MSC.192(79) 5.25.4.7 presupposes.
+On a map that is reckoned from gyro and log the relative motion, on which CPA depends, is that of the plots alone; true motion has
+the errors of gyro and log, as MSC.192(79) 5.25.4.7 presupposes.
 """
 
 from collections.abc import Sequence

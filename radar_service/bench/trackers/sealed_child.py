@@ -40,8 +40,8 @@ def devices() -> Iterator[str]:
 
 
 def seal(sealed: Collection[str]) -> None:
-    """Keeps this process and its children from the sealed folders for good, and lets them write in the working folder alone: what
-    they keep elsewhere would tell the plots of one command in the next. Raises OSError."""
+    """Keeps this process and its children from the sealed folders, and lets them write in the working folder alone, so that
+    none tells the next command of plots. Raises OSError."""
     system = ctypes.CDLL(None, use_errno=True)
     ruleset = system.syscall(CREATE_RULESET, struct.pack("=Q", READ_FILE | WRITE), 8, 0)
     rights = dict.fromkeys(granted("/", {*sealed, "/proc", "/dev"}), READ_FILE)

@@ -66,10 +66,8 @@ class GatedJointProbabilities(JPDAwithEHM2):  # type: ignore[misc]
     """Joint probabilities (JPDA) of plots that have many times in a scan, among clutter that is even on the map.
 
     JPDA averages the states of all hypotheses of a track, so they must be of one time: a plot is missed at the time of the
-    nearest one, and plots of another turn of the antenna are none of this track. (A scan may have two plots of a target: one
-    whose cluster ends beyond north comes a scan later.) Stone Soup compares the likelihood of a plot, a density in bearing and
-    range [1/(rad m)], with that of clutter there: at a range R it is R times the one on the map [1/m^2]. The hypothesiser is a
-    PDAHypothesiser with a density of 1 that does not normalise.
+    nearest one, and plots of another turn of the antenna are left out. Clutter has a density in bearing and range [1/(rad m)],
+    at a range R R times the one on the map [1/m^2]: the hypothesiser is a PDAHypothesiser of density 1 that does not normalise.
     """
 
     tuning: Tuning = Property(doc="With the density of clutter.")

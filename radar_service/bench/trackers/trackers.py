@@ -19,13 +19,9 @@ from radar_service.bench.trackers.websocket_tracker import SCHEMES, WebsocketTra
 
 
 def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | None = None) -> Tracker:
-    """Returns a new tracker by name.
+    """Returns a new tracker by name: of an entry point, as "gnn"; "ws://..." or "wss://..."; "module:callable"; or a command.
 
-    The name of an entry point of the group of trackers, as "gnn" and "jpda", the reference; "ws://..." or "wss://...": a server;
-    "module:callable": what the callable returns. Anything else: a command, which gets plots and answers tracks as JSON Lines.
-    header: what a server or command gets first, with `radar`, the data sheet, by which a reference is tuned.
-    sealed: folders that a program cannot read; None for an open run.
-    Commands and callables of others run in processes of their own, which go on with the next run where they ask for it.
+    header: what it gets first, with `radar`, the data sheet. sealed: folders that a program cannot read; None for an open run.
     Raises TrackerError, PlugInError, and MissingExtra.
     """
     if is_built_in(name):
@@ -42,11 +38,8 @@ def tracker_for(name: str, header: Mapping[str, Any], sealed: Sequence[str] | No
 
 
 def program_digest(name: str) -> str:
-    """Returns a hash of what stands behind a tracker's name: runs of another program are not mixed with its own.
-
-    The files that a command names, the file of a Python module, the version of Stone Soup. What these import or call is not
-    looked at, and nothing is known of a server. Raises OSError and PlugInError.
-    """
+    """Returns a hash of the files that a command names, of a Python module, or of the version of Stone Soup; not of what these
+    import, and "" of a server. Raises OSError and PlugInError."""
     if is_built_in(name):
         return _installed("stonesoup")
     if name.startswith(SCHEMES):
@@ -54,7 +47,9 @@ def program_digest(name: str) -> str:
     if name in plug_ins.names("trackers"):
         name = plug_ins.entry("trackers", name).value
     files = [_file_of(name.partition(":")[0])] if _is_callable(name) else _files(name)
-    return hashlib.blake2b(b"".join(_file_digest(file) for file in files if file), digest_size=8).hexdigest()
+    return hashlib.blake2b(
+        b"".join(hashlib.blake2b(file.read_bytes()).digest() for file in files if file), digest_size=8
+    ).hexdigest()
 
 
 def is_built_in(name: str) -> bool:
@@ -71,12 +66,6 @@ def _is_callable(name: str) -> bool:
     return name.count(":") == 1 and " " not in name and "/" not in name
 
 
-def _import_from_here() -> None:
-    """Lets modules of the working folder be imported, as `python -m` does."""
-    if os.getcwd() not in sys.path:
-        sys.path.append(os.getcwd())
-
-
 def _installed(package: str) -> str:
     try:
         return f"{package} {importlib.metadata.version(package)}"
@@ -86,7 +75,8 @@ def _installed(package: str) -> str:
 
 def _file_of(module: str) -> Path | None:
     """The file of a module; None where there is none, which `tracker_for` then says."""
-    _import_from_here()
+    if os.getcwd() not in sys.path:
+        sys.path.append(os.getcwd())  # modules are found there, as `python -m` finds them
     try:
         spec = importlib.util.find_spec(module)
     except (ImportError, ValueError, AttributeError):
@@ -103,8 +93,3 @@ def _files(command: str) -> list[Path]:
     its_file = shutil.which(program)
     named = [Path(word.partition("=")[2] or word) for word in rest]  # --settings=file names a file too
     return [*([Path(its_file)] if its_file else []), *(path for path in named if os.path.isfile(path))]
-
-
-def _file_digest(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "blake2b").digest()

@@ -16,10 +16,7 @@ CLOSE_SECONDS = 1.0  # that the tracker may take to say good-bye
 
 
 class WebsocketTracker(LineTracker):
-    """A LineTracker that listens at an address. Each run has a connection of its own; `close` ends the connection.
-
-    Pings are answered at all times, and none are sent: a tracker may compute for as long as an answer may take.
-    """
+    """A LineTracker that listens at an address. No pings are sent: a tracker may compute for as long as an answer may take."""
 
     def __init__(self, url: str, header: Mapping[str, Any], timeout: float = ANSWER_SECONDS) -> None:
         """url: ws:// or wss://; timeout: to connect and for each answer [s]. Raises TrackerError."""

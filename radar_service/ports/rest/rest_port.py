@@ -13,7 +13,8 @@ from radar_service.ports.rest.answers import PROTECTED, REFUSED, UNKNOWN
 from radar_service.ports.rest.bodies import BodyReader
 from radar_service.ports.rest.command_routes import command_routes
 from radar_service.ports.rest.metrics import Vitals
-from radar_service.ports.rest.radar_routes import Pictures, radar_routes
+from radar_service.ports.rest.pictures import Pictures
+from radar_service.ports.rest.radar_routes import radar_routes
 from radar_service.ports.rest.scene_routes import not_found, scene_routes
 from radar_service.ports.rest.scene_store import SceneStore
 from radar_service.ports.rest.websockets import ChangeFeed, pose_routes, truth_routes

@@ -1,7 +1,7 @@
 """The scenes of a server: packaged ones, those in the owner's folders, and uploads, each in a folder of its own.
 
-The owner of a folder holds a lock on it, which the system releases however the owner ends; numbers of processes return, locks
-do not. What a process that was killed has left goes when the next one starts.
+A folder belongs to the process that holds its lock, as numbers of processes return. What a killed one has left goes at the next
+start.
 """
 
 import contextlib

@@ -3,9 +3,8 @@
 The API has no hello, no gap and no bye: a client sees the angles that it did not get. What it may know of a radar it reads once
 (`RadarShape`); spokes of another shape are not sent under that view.
 
-A message is a `RadarMessage` of protobuf: repeated field 2, a spoke each: angle (1) and bearing (2) in spokes of a revolution,
-range (3) in whole metres, time (4) in milliseconds since 1970, data (5) with a byte a sample, latitude (6) and longitude (7) in
-degrees as doubles. A key is (field << 3 | wire type), then comes its value.
+A message is a `RadarMessage` of protobuf, repeated field 2: angle (1) and bearing (2) in spokes of a revolution, range (3) [m],
+time (4) since 1970 [ms], data (5), latitude (6) and longitude (7) [degrees].
 """
 
 import struct

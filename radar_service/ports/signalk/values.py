@@ -1,7 +1,6 @@
 """The values of the Signal K stream by their paths: controls of radars, own ship, and ships with AIS.
 
-Targets are the truth, for clients that have no other way to it: nothing was measured, and no error of a sensor is in them. A body
-keeps its number, that in the scene, from 1 on.
+Targets are the truth: nothing was measured, and no error of a sensor is in them. A body keeps its number in the scene.
 """
 
 import math

@@ -1,10 +1,8 @@
 """Legs in the frame of a body: direct or by the sea, with their rays, their lengths, and what hides the body on the way.
 
-Where diffraction counts, a profile over height is the field over the sea at a body. Where both rays still reach the body, it
-changes the ray by the sea: its field over the direct one is the ratio by which both add up to the field F. Where they come at
-less than a milliradian from each other (X band), and behind the horizon, one leg stands for all paths: a piece scatters as the
-direct ray has it, times F for each way. Echoes have the ratio or F^2 at the scattering centres, from azimuth to azimuth
-(`echo.sea_paths`); the profile says what it is between them.
+Where diffraction counts, a profile over height is the field at a body. Where both rays reach it, the ray by the sea is changed by
+the ratio; where they come as one, and behind the horizon, one leg stands for all paths, times F for each way (`echo.sea_paths`
+has both from azimuth to azimuth).
 """
 
 import math

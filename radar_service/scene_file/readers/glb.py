@@ -1,7 +1,6 @@
 """GLB files: their chunks and their JSON are checked here; trimesh parses them.
 
-The checks compare declared counts with bytes before a parser allocates memory, because a file may be hostile. A malformed tree
-raises the errors of Python's containers; the caller turns them into a SceneError.
+Declared counts are compared with bytes before a parser allocates memory. The caller turns errors of containers into SceneError.
 """
 
 import json

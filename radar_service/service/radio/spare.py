@@ -3,8 +3,7 @@
 Forking takes milliseconds where preparing takes seconds. A process with threads may fork only while those hold no lock; here
 they sleep. A spare that does not deliver all the same is replaced by a world that is prepared anew.
 
-Another forked process measures the plan beside the first spokes: counting echoes and timing tiles takes some 0.7 s, for which the
-first spoke does not wait. It has caches of its own, so what it computes ahead disturbs no spoke, whatever is commanded meanwhile.
+Another forked process measures the plan, some 0.7 s, beside the first spokes, with caches of its own.
 """
 
 import contextlib

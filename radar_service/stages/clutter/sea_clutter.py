@@ -1,7 +1,6 @@
 """Sea clutter of a scene: its mean power in range and direction, and the texture of its waves.
 
-Where waves move ships, a face of the sea that rises outward is brighter than one that falls (tilt). So crests show as rows,
-travel with the waves, and change with them in seconds; a ship that rides a crest stands in the row of that crest.
+Where waves move ships, a face of the sea that rises outward is brighter (tilt): crests show as rows, and travel with the waves.
 """
 
 from dataclasses import dataclass

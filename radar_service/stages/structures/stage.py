@@ -8,9 +8,8 @@ import numpy as np
 
 from radar_service.echo.beam_paths import Beam
 from radar_service.echo.closest_approach import max_power
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
+from radar_service.echo.echoes import AzimuthTimes, BeamTable, BeamWeightedEchoes, concatenated
 from radar_service.echo.moving import MovingEchoes
-from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
@@ -24,8 +23,7 @@ from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage
-from radar_service.stages.structures.held_passages import HeldPassages
-from radar_service.stages.structures.reflection import IndirectPaths, LitStructure, structure_reflectors
+from radar_service.stages.structures.reflection import HeldPassages, IndirectPaths, LitStructure, structure_reflectors
 from radar_service.stages.structures.structure import Structure, TakenTable
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.materials import is_land

@@ -1,10 +1,8 @@
 """The references of the chart: the compressed pulse in closed form under the exact beam, echo by echo, and the mean power of a
 surface by a regular lattice of rays.
 
-They share no code with the engine. The pulse has no samples, transforms or kernels, and its own windows and patterns. The lattice
-has no points on surfaces, random rays, Embree or float32: the curvature of the earth lowers each vertex, and rays of regular
-directions meet triangles by Cramer's rule in float64. The mean power is the integral of gamma K G^2 / R^2 over the solid
-angle, where K is the constant of the radar equation.
+They share no code with the engine: no transforms, kernels, points on surfaces, random rays or float32. The mean power is the
+integral of gamma K G^2 / R^2 over the solid angle, where K is the constant of the radar equation.
 """
 
 from dataclasses import dataclass

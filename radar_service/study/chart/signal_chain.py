@@ -10,8 +10,7 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.echoes import Echoes
-from radar_service.echo.moving_beam import BeamTable
+from radar_service.echo.echoes import BeamTable, Echoes
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
 from radar_service.radar.antenna import grid_rows

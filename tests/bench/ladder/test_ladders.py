@@ -53,10 +53,9 @@ def loss(ladder: Ladder, rung: Scenario, seed: int, tracker: str, folder: Path) 
 def better(name: str, folder: Path, trackers: Sequence[str], rungs: Sequence[int]) -> str | None:
     """Which of two trackers is better on some rungs of a ladder."""
     values = [np.mean([losses(name, number, tracker, folder) for number in rungs], axis=0) for tracker in trackers]
-    _, (pair,) = leaderboard(
-        {f"{place} {tracker}": each for place, (tracker, each) in enumerate(zip(trackers, values, strict=True))}
-    )
-    return pair.better and pair.better.split()[1]
+    named = {f"{place} {tracker}": each for place, (tracker, each) in enumerate(zip(trackers, values, strict=True))}
+    (pair,) = leaderboard(named, f"0 {trackers[0]}")["pairs"]
+    return pair["better"] and pair["better"].split()[1]
 
 
 @pytest.mark.study

@@ -1,11 +1,19 @@
 """Rankings: exact p-values, levels that are kept, and trackers that cannot be told apart."""
 
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from radar_service.bench.ladder.ranking import EXACT, LEVEL, interval, leaderboard, p_value, seeds_needed, told_apart
+from radar_service.numerics.types import Floats
+
+
+def board(losses: Mapping[str, Floats], reference: str) -> Iterator[list[SimpleNamespace]]:
+    """The figures and the pairs of a leaderboard."""
+    return ([SimpleNamespace(**row) for row in rows] for rows in leaderboard(losses, reference).values())
 
 
 @pytest.mark.parametrize("seeds", [3, 6, EXACT])
@@ -32,7 +40,7 @@ def test_drawn_signs_give_the_p_of_all_signs() -> None:
 
 def test_a_tracker_and_itself_cannot_be_told_apart() -> None:
     losses = np.random.default_rng(2).exponential(10.0, 20)
-    figures, (pair,) = leaderboard({"one": losses, "again": losses.copy()}, "one")
+    figures, (pair,) = board({"one": losses, "again": losses.copy()}, "one")
     assert p_value(losses - losses) == 1.0 and pair.better is None and [figure.place for figure in figures] == [1, 1]
     assert pair.sentence == "one and again cannot be told apart"
 
@@ -51,7 +59,7 @@ def test_pairs_show_what_means_hide() -> None:
     rng = np.random.default_rng(4)
     hard = rng.uniform(0.0, 100.0, 20)
     worse = hard + rng.normal(1.0, 0.3, 20)
-    figures, (pair,) = leaderboard({"worse": worse, "better": hard}, "worse")
+    figures, (pair,) = board({"worse": worse, "better": hard}, "worse")
     assert figures[1].low < figures[0].high
     assert [(figure.tracker, figure.place) for figure in figures] == [("better", 1), ("worse", 2)]
     assert pair.better == "better" and pair.difference == pytest.approx(1.0, abs=0.3)
@@ -60,7 +68,7 @@ def test_pairs_show_what_means_hide() -> None:
 
 def test_places_count_the_trackers_that_are_better() -> None:
     seeds = np.random.default_rng(5).normal(0.0, 1.0, (3, 12))
-    figures, pairs = leaderboard({"bad": seeds[0] + 50.0, "good": seeds[1], "as good": seeds[2]}, "good")
+    figures, pairs = board({"bad": seeds[0] + 50.0, "good": seeds[1], "as good": seeds[2]}, "good")
     assert {figure.tracker: figure.place for figure in figures} == {"good": 1, "as good": 1, "bad": 3}
     assert [pair.better for pair in pairs] == ["good", None]
     assert all(before.place <= after.place for before, after in pairwise(figures))
@@ -100,7 +108,7 @@ def test_five_trackers_of_14_to_70_m_are_told_apart_from_the_reference_by_eight_
     """With seven seeds the pairs say that these are too few, and not that the trackers cannot be told apart."""
     hard = np.linspace(0.0, 3.0, 8)
     losses = {"gnn": 14.0 + hard, "again": 14.0 + hard, "good": 10.0 + hard, "bad": 40.0 + hard, "worst": 70.0 + hard}
-    figures, pairs = leaderboard(losses, "gnn")
+    figures, pairs = board(losses, "gnn")
     assert [(pair.first, pair.second, pair.better, pair.needed) for pair in pairs] == [
         ("gnn", "again", None, 0), ("gnn", "good", "good", 0), ("gnn", "bad", "gnn", 0), ("gnn", "worst", "gnn", 0)
     ]  # fmt: skip
@@ -108,5 +116,5 @@ def test_five_trackers_of_14_to_70_m_are_told_apart_from_the_reference_by_eight_
         ("good", 1), ("gnn", 2), ("again", 2), ("bad", 4), ("worst", 4)
     ]  # fmt: skip
     few = {tracker: values[:7] for tracker, values in losses.items()}
-    _, pairs = leaderboard(few, "gnn")
+    _, pairs = board(few, "gnn")
     assert pairs[0].sentence == "too few seeds to tell gnn and again apart: 8 are needed"

@@ -167,22 +167,19 @@ async def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
             assert message["type"] == "spokes" and "labels" in message
 
 
-@pytest.mark.parametrize(
-    ("query", "reason"),
-    [
-        ("?labels=1", "labels: it has several pulses, or leave labels out"),
-        ("?powers=1,999", "powers: 999 is no source of this scene; it has 0 noise, 1 sea, 256 buoy"),
-    ],
-)
-async def test_sources_that_the_radar_cannot_tell_are_refused(query: str, reason: str) -> None:
+async def test_sources_that_the_radar_cannot_tell_are_refused() -> None:
     engine = FakeEngine(scene())
     engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
     async with playing(station(allow_truth=True, engine=engine)) as server:
-        feed = await server.feed(query)
-        assert (await feed.receive())["reason"] == reason
-        with pytest.raises(Closed) as closed:
-            await feed.receive()
-        assert closed.value.code == 4400
+        for query, reason in (
+            ("?labels=1", "labels: it has several pulses, or leave labels out"),
+            ("?powers=1,999", "powers: 999 is no source of this scene; it has 0 noise, 1 sea, 256 buoy"),
+        ):
+            feed = await server.feed(query)
+            assert (await feed.receive())["reason"] == reason
+            with pytest.raises(Closed) as closed:
+                await feed.receive()
+            assert closed.value.code == 4400
 
 
 async def test_rubbish_from_a_client_harms_nobody() -> None:

@@ -5,14 +5,10 @@ import logging
 import pytest
 
 from radar_service.service.access import Access
-from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import Closed
 from tests.ports.playing import playing
 
 COMMAND, READ = "command-" * 3, "reading-" * 3
-
-
-PAUSED = Settings(pace=Pace("pause"))
 
 
 CHANGES = [

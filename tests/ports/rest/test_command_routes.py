@@ -77,21 +77,6 @@ async def test_refusals_say_why_and_change_nothing() -> None:
         assert health["radars"][0]["fault"] is None
 
 
-async def test_a_radar_that_has_stopped_says_so() -> None:
-    only = station(restarts=0)
-    only.commands.close("the radar has stopped: no fuel; give it another scene")
-    async with playing(only) as server:
-        answer = await server.http.patch(BUOY, json={"speed_kn": 3})
-        assert answer.status_code == 409 and "no fuel" in answer.json()["detail"][0]
-
-
-async def test_too_many_commands_are_told_to_come_later(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.service.radio.command_worker.MAX_WAITING", 0)
-    async with playing(station()) as server:
-        answer = await server.http.patch(BUOY, json={"speed_kn": 3})
-        assert answer.status_code == 503 and answer.headers["retry-after"] and "wait already" in answer.json()["detail"][0]
-
-
 async def test_commands_act_in_standby_and_a_swap_forgets_them() -> None:
     async with playing(only := station()) as server:
         await server.http.patch("/api/radars/0/controls", json={"transmit": False, "pace": {"state": "step", "steps": 9}})

@@ -59,7 +59,7 @@ def around(bearing: float, elevation: float, distance: float) -> Floats:
     return np.array([level * math.sin(bearing), level * math.cos(bearing), distance * math.sin(elevation)])
 
 
-@pytest.mark.sample(3)
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("seed", DRAWS)
 def test_a_sphere_has_its_cross_section_from_anywhere(seed: int) -> None:
     """Radius 10 to 40 wavelengths at 3 to 35 GHz, elevation up to 30 degrees, 2 to 20 km."""

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.checks.placement import nearest_point, surfaces_above
+from radar_service.scene_file.checks.validity import nearest_point, surfaces_above
 from tests.scenes import point, scene
 
 BOX = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 8, "rcs_dbsm": 40}

@@ -10,9 +10,9 @@ from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.processes.fork_server import ForkServer
 from radar_service.service.radio.spare import PlanChild
 from tests.processes.test_fork_server import is_gone, until
+from tests.service.radio.recording import SOON
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system has no spares either")
-SOON = 60.0  # s, for what should take milliseconds
 
 
 def measuring(control: Channel, data: Channel) -> None:

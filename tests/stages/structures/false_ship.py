@@ -9,9 +9,8 @@ import radar_service as rs
 from radar_service.echo.beam_passage import BeamPassages
 from radar_service.echo.beam_paths import Beam
 from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.echo.echoes import AzimuthTimes
+from radar_service.echo.echoes import AzimuthTimes, BeamTable
 from radar_service.echo.moving import MovingEchoes
-from radar_service.echo.moving_beam import BeamTable
 from radar_service.echo.second_time_around import max_echo_range
 from radar_service.echo.visibility import Visibility
 from radar_service.numerics.frames import effective_earth_radius
@@ -19,8 +18,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import ScatteringContext
 from radar_service.scattering.scatterer_set import build_scatterers
 from radar_service.stages.registry import changed_pattern
-from radar_service.stages.structures.held_passages import HeldPassages
-from radar_service.stages.structures.reflection import IndirectPaths
+from radar_service.stages.structures.reflection import HeldPassages, IndirectPaths
 from radar_service.stages.structures.stage import SPAN
 from radar_service.stages.structures.structure import Structure
 from radar_service.trace.line_of_sight import OcclusionScene

@@ -19,7 +19,7 @@ from radar_service.propagation.radar_equation import two_way_phase
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes
 from radar_service.scattering.physical_optics.model import PhysicalOptics
-from radar_service.stages.structures.held_passages import HeldPassages, in_cells
+from radar_service.stages.structures.reflection import HeldPassages, in_cells
 from radar_service.stages.structures.stage import StructureStage
 from radar_service.trace.line_of_sight import OcclusionScene
 from tests.scenes import scene

@@ -1,0 +1,229 @@
+"""The short modules of REST, each under its name."""
+
+import errno
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from fastapi import FastAPI
+from prometheus_client.parser import text_string_to_metric_families
+from pydantic import ValidationError
+
+from radar_service import wire
+from radar_service.plug_ins import PlugInError
+from radar_service.ports.app import create_app
+from radar_service.ports.feed.feed_socket import FeedPort
+from radar_service.ports.port_host import PortHost
+from radar_service.ports.rest import scene_store
+from radar_service.ports.rest.answers import add_exception_handlers, problem_lines
+from radar_service.ports.rest.rest_port import RestPort
+from radar_service.ports.rest.scene_store import Conflict
+from radar_service.ports.rest.schemas import ControlsChange, ControlsState
+from radar_service.processes.limits import MachineBusyError
+from radar_service.records.fidelity import PRESETS
+from radar_service.service.controls import CONTROLS, ControlError
+from radar_service.service.jobs import RETRY_SECONDS, Busy
+from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
+from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
+from radar_service.service.radio.station import Station
+from radar_service.service.settings import Pace, Settings
+from radar_service.world.error import SceneError
+from tests.ports.asgi import Closed, Server, Socket, running
+from tests.ports.playing import playing, station
+from tests.scenes import TWO_RADARS
+from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
+
+
+# schemas: bodies of REST: controls with the limits of their declaration, and nothing unknown.
+@pytest.mark.parametrize("control", [c for c in CONTROLS if c.kind == "number"], ids=lambda control: control.name)
+def test_numbers_have_the_limits_of_their_control(control: Any) -> None:
+    for limit, beyond in ((control.minimum, -1.0), (control.maximum, 1.0)):
+        if limit is not None:
+            assert getattr(ControlsChange.model_validate({control.name: limit}), control.name) == limit
+            with pytest.raises(ValidationError):
+                ControlsChange.model_validate({control.name: limit + beyond * 1e-3})
+    with pytest.raises(ValidationError):
+        ControlsChange.model_validate({control.name: float("nan")})
+
+
+def test_what_is_not_given_is_not_changed() -> None:
+    assert ControlsChange().model_dump(exclude_none=True) == {}
+    with pytest.raises(ValidationError):
+        ControlsChange.model_validate({"colour": "red"})
+
+
+def test_the_schemas_show_descriptions_and_examples_of_the_controls() -> None:
+    properties = ControlsChange.model_json_schema()["properties"]
+    assert {name: field["description"] for name, field in properties.items()} == {c.name: c.description for c in CONTROLS}
+    example = ControlsState.model_json_schema()["examples"][0]
+    assert ControlsState.model_validate(example).model_dump() == example
+
+
+# scene_store: the store of scenes: bounded, and gone with the server.
+async def test_the_number_of_uploads_is_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(scene_store, "MAX_UPLOADS", 1)
+    async with playing() as server:
+        for name, status in (("a", 201), ("a", 201), ("b", 409)):
+            assert (await server.http.post("/api/scenes", json={"name": name, "scene": {"name": "s"}})).status_code == status
+
+
+async def test_uploads_go_with_the_server() -> None:
+    async with playing(ports=PortHost((rest := RestPort(), FeedPort()))) as server:
+        await server.http.post("/api/scenes", json={"name": "mine", "scene": {"name": "s"}})
+    assert not rest.store.home.exists()
+
+
+async def test_a_scene_of_several_radars_is_summed_up_by_its_first(tmp_path: Path) -> None:
+    (tmp_path / "two.json").write_text(json.dumps(TWO_RADARS))
+    async with playing(ports=PortHost((RestPort([tmp_path]), FeedPort()))) as server:
+        await server.http.post("/api/scenes", json={"name": "mine", "scene": TWO_RADARS})
+        listed = {scene["name"]: scene["summary"] for scene in (await server.http.get("/api/scenes")).json()}
+        assert listed["two"] == "2 radars, the first: 2 bodies, 600 m, 60 rpm"
+        assert listed["mine"] == "2 radars, the first: 1 bodies, 600 m, 60 rpm"  # of those that it sees
+        assert listed["harbour"].count("radar") == 0
+
+
+# metrics: metrics: they count what clients saw, in the format that Prometheus reads.
+async def figures(server: Server) -> dict[str, float]:
+    """All samples, by name and labels; read by Prometheus's own parser."""
+    answer = await server.http.get("/metrics")
+    assert answer.headers["content-type"].startswith("text/plain")
+    return {
+        sample.name + "".join(f",{value}" for _, value in sorted(sample.labels.items())): sample.value
+        for family in text_string_to_metric_families(answer.text)
+        for sample in family.samples
+    }
+
+
+async def test_metrics_count_what_the_clients_saw() -> None:
+    async def test(server: Server) -> None:
+        feed = await server.feed("?encoding=f32")
+        got = [await feed.receive()]
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 12}})
+        while sum(message.get("count", 0) for message in got) < 12:
+            got.append(await feed.receive())
+        await server.http.get("/api/radars/0", headers={"origin": "http://elsewhere"})
+        assert (await server.http.patch("/api/radars/0/controls", headers={"origin": "http://else"})).status_code == 403
+        refused = await server.feed("?encoding=f31")
+        await refused.until("bye")
+        while (now := await figures(server))["radar_azimuths_total,0"] < 12:  # counted a moment after they were sent
+            continue
+        assert now["radar_azimuths_total,0"] == 12 and now["radar_bytes_total,0"] == sum(len(wire.pack(m)) for m in got)
+        assert now["radar_encode_seconds_count,f32,0"] == len(got) - 1 and now["radar_encode_seconds_sum,f32,0"] > 0
+        assert (now["radar_clients,live,0"], now["radar_clients,lossless,0"], now["radar_views,0"]) == (1, 0, 1)
+        assert now["radar_state,0,paused"] == 1 and now["radar_state,0,running"] == 0
+        assert (now["radar_refused_total,origin"], now["radar_refused_total,feed request"]) == (1, 1)
+        assert (now["radar_spokes_lost_total,0"], now["radar_gaps_total,0"], now["radar_restarts_total,0"]) == (0, 0, 0)
+        assert (now["radar_factor_asked,0"], now["radar_lag_seconds,0"]) == (1, 0)
+        assert now["radar_event_loop_lag_seconds"] >= 0 and now["radar_trees,0"] == 3
+        assert now["radar_tasks"] >= 2  # the client of the feed and this request
+        assert (now["radar_jobs,running"], now["radar_jobs,waiting"], now["radar_queued_messages,0"]) == (0, 0, 0)
+        assert now["radar_log_lines_dropped_total,queue"] >= 0 and now["radar_log_lines_dropped_total,repeated"] >= 0
+        assert now["radar_port_faults_total,rest"] == now["radar_port_dropped_total,rest"] == 0
+        assert now["process_resident_memory_bytes"] > 1e6
+
+    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
+    async with running(create_app([only])) as server:
+        await test(server)
+
+
+# answers: refusals as answers: a line for each problem.
+def failing(*errors: Exception) -> FastAPI:
+    """An application whose path /N raises error N."""
+    app = FastAPI()
+    add_exception_handlers(app)
+
+    @app.get("/{number}")
+    async def fail(number: int) -> None:
+        raise errors[number]
+
+    return app
+
+
+async def test_each_error_has_its_status_and_its_lines() -> None:
+    cases: list[tuple[Exception, int, list[str]]] = [
+        (SceneError("a: bad", "b: bad"), 422, ["a: bad", "b: bad"]), (ControlError("gain: 140"), 422, ["gain: 140"]),
+        (SpokeSourceFault("it broke"), 422, ["scene: it broke"]), (PlugInError("it is broken"), 422, ["scene: it is broken"]),
+        (Conflict("it is full"), 409, ["it is full"]), (NoRadarError("it has stopped"), 409, ["it has stopped"]),
+    ]  # fmt: skip
+    async with running(failing(*(error for error, _, _ in cases))) as server:
+        for number, (_, status, lines) in enumerate(cases):
+            answer = await server.http.get(f"/{number}")
+            assert (answer.status_code, answer.json()) == (status, {"detail": lines})
+
+
+async def test_what_is_to_be_tried_again_says_when() -> None:
+    full = OSError(errno.EMFILE, "x"), OSError(errno.ENFILE, "x")
+    errors = [*full, MachineBusyError("x"), BusyFault("x"), Busy("x"), TooManyCommandsError("x")]
+    async with running(failing(*errors)) as server:
+        for number, error in enumerate(errors):
+            answer = await server.http.get(f"/{number}")
+            assert answer.status_code == 503 and answer.headers["retry-after"] == str(RETRY_SECONDS), error
+            if error in full:
+                assert answer.json()["detail"][0].startswith("request: the server has no file descriptors left; ")
+
+
+def test_lines_name_the_key_the_value_and_the_problem() -> None:
+    errors = [
+        {"loc": ("body", "pace", "factor"), "input": 0, "msg": "too small"},
+        {"loc": ("query",), "input": "x" * 100, "msg": "too long"},
+    ]
+    assert problem_lines(errors) == ["pace.factor: 0; too small", "body: too long"]
+    assert len(problem_lines([errors[0]] * 30)) == 20
+
+
+# truth_feed: the websocket of the truth: JSON Lines in step with the feed, and refusals with a reason.
+PATH = "/api/radars/0/truth/stream"
+
+
+async def line(socket: Socket) -> dict[str, Any]:
+    return dict(json.loads(await socket.text()))
+
+
+async def step(server: Server, spokes: int) -> None:
+    await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": spokes}})
+
+
+async def test_lines_come_in_step_with_the_spokes() -> None:
+    async with playing(station(allow_truth=True)) as server:
+        truth, feed = await server.open(PATH), await server.feed()
+        assert (await line(truth))["type"] == "header"
+        await step(server, AZIMUTHS // 2)
+        await feed.spokes(AZIMUTHS // 2)
+        first = await line(truth)
+        assert (first["type"], first["spoke"], first["scan"]) == ("crossing", 8, 0)
+        await step(server, AZIMUTHS - AZIMUTHS // 2)
+        assert [(await line(truth))["type"] for _ in range(2)] == ["crossing", "snapshot"]
+
+
+async def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
+    async with playing(station(allow_truth=True)) as server:
+        truth, feed = await server.open(f"{PATH}?radiometric=1"), await server.feed()
+        assert (await line(truth))["type"] == "header"
+        await step(server, AZIMUTHS)
+        await feed.spokes(AZIMUTHS)
+        assert (await line(truth))["snr_db"] == 20.0
+        wrong = await server.open(f"{PATH}?radiometric=yes")
+        assert (await line(wrong))["reason"] == 'radiometric: "yes" is not 0 or 1; leave it out for 0'
+        with pytest.raises(Closed) as closed:
+            await wrong.text()
+        assert closed.value.code == 4400
+
+
+async def test_the_specification_as_printed_has_no_power_to_tell() -> None:
+    engine = FakeEngine(scene())
+    engine.fidelity = PRESETS["documented"]
+    async with playing(Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=True)) as server:
+        reason = (await line(await server.open(f"{PATH}?radiometric=1")))["reason"]
+        assert reason.startswith("radiometric: the fidelity documented has none")
+        assert (await line(await server.open(PATH)))["type"] == "header"
+
+
+async def test_a_server_that_stops_says_bye() -> None:
+    only = station(allow_truth=True)
+    async with playing(only) as server:
+        socket = await server.open(PATH)
+        await line(socket)
+        only.truth_stream.end("the server is stopping")
+        assert await line(socket) == {"type": "bye", "reason": "the server is stopping"}
