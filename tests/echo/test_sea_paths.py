@@ -216,14 +216,13 @@ def test_nothing_is_received_beyond_the_horizon() -> None:
     assert abs(factor[0]) > 0 and factor[1] == 0
 
 
-@pytest.mark.parametrize(("rise", "sink", "counts"), [(0.9, 0.9, False), (1.1, 0.0, True), (0.0, 1.1, True)])
-def test_a_diffracted_echo_rises_with_its_height_or_that_of_the_antenna(rise: float, sink: float, counts: bool) -> None:
+@pytest.mark.parametrize(("part", "rise", "counts"), [(1, 0.9, False), (1, 1.1, True), (2, 1.1, True)])
+def test_a_diffracted_echo_rises_with_its_height_or_that_of_the_antenna(part: int, rise: float, counts: bool) -> None:
     made = scene(radar={**RADAR, "range_max_m": 50_000}, environment={"multipath": True, "diffraction": True})
-    distance, height, antenna = np.array([28_000.0]), np.array([2.0]), np.array([15.0])
-    rays = radar_two_rays(made.radar, made.environment, distance, height, antenna)
-    sites = [(distance, height, antenna)] * 2
-    sites.append((distance, height * (1.0 + rise * MAX_RISE), antenna * (1.0 - sink * MAX_RISE)))
-    assert SeaPaths(rays, Paths(np.array([ALL_PATHS]), np.zeros(1)), 200.0).rises(sites).tolist() == [counts]
+    site = np.array([28_000.0]), np.array([2.0]), np.array([15.0])
+    moved = [value * (1.0 + rise * MAX_RISE * (k == part)) for k, value in enumerate(site)]
+    rays, paths = radar_two_rays(made.radar, made.environment, *site), Paths(np.array([ALL_PATHS]), np.zeros(1))
+    assert SeaPaths(rays, paths, 200.0).rises([site, site, (moved[0], moved[1], moved[2])]).tolist() == [counts]
 
 
 @pytest.mark.sample(6)

@@ -170,9 +170,8 @@ def test_own_ship_moves_shadows_of_what_rests() -> None:
 def test_what_rests_moves_no_shadow_over_what_rests() -> None:
     shadow = rates({"position_m": [0.0, 1000.0, 0.0]}, {"position_m": [0.0, 500.0, 0.0]})
     assert not shadow.rate([Caster(1, 500.0)], TIME).any() and shadow.moving([1], TIME) == []
-    swinging = rates(
-        {"position_m": [0.0, 1000.0, 0.0]}, {"position_m": [0.0, 500.0, 0.0], "turn_rate_deg_s": 2.0, "heading_deg": None}
-    )
+    turning = {"position_m": [0.0, 500.0, 0.0], "turn_rate_deg_s": 2.0, "heading_deg": None}
+    swinging = rates({"position_m": [0.0, 1000.0, 0.0]}, turning)
     ends = 2.0 * np.deg2rad(2.0) * swinging.body.radius  # of the shadow of a hull that turns on the spot
     assert swinging.rate([Caster(1, 500.0)], TIME)[1] == pytest.approx(ends / (STEADY * SIZE), rel=1e-3)
 
@@ -195,6 +194,7 @@ def test_nodes_in_a_moving_shadow_have_the_field_of_all(width: float, monkeypatc
     monkeypatch.setattr("radar_service.echo.beam_passage.telling_nodes", lambda nodes, *_: nodes)
     every, exact = passage()
     assert np.abs(field - exact).max() < CHANGE * np.abs(exact).max() and few < every / 4
+    assert every < 112  # half of the spokes that the beam takes: where it is faint, shadows need no node at each
 
 
 def rolling(

@@ -38,6 +38,7 @@ MOST = 80  # tests of a mutant: a line that nearly all tests run is checked by t
 LIMIT_S, LIMIT_CPU_S = 300, 60  # for the tests of a mutant, which may wait or compute for ever; it is killed then
 PASSED = (0, 5)  # exit codes of pytest; 5: all tests are studies
 FAILURE = re.compile(r"^(?:FAILED|ERROR) ([^\s\[]+(?:\[.*?\])?)(?: - |$)", re.MULTILINE)  # in the summary of pytest
+NAME = re.compile(r"[A-Za-z_]\w*")
 SWAPS: dict[type[ast.AST], Any] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.And: ast.Or, ast.Or: ast.And,
@@ -89,15 +90,18 @@ def mutants_of(module: Path) -> list[Mutant]:
 
 
 def listed(text: str) -> Iterator[tuple[str, Mutant | None, str]]:
-    """Yields the verdict of each line of a list, its mutant, nearest to the line where it was, and the line without the verdict.
-
-    There is no mutant where the code has changed."""
+    """Yields the verdict of each line of a list, its mutant, nearest to the line where it was, and the line as it is now, without
+    the verdict. Names may have changed; where more has, there is no mutant."""
     every = cache(mutants_of)
     for row in text.splitlines():
         verdict, _, what = row.partition(" ")
-        name, line, words = what.strip().partition("  # ")[0].split(":", 2)
-        same = [found for found in every(ROOT / name) if found.words == words.strip()] if (ROOT / name).is_file() else []
-        yield verdict, min(same, key=lambda found: abs(found.line - int(line)), default=None), what.strip()
+        place, separator, why = what.strip().partition("  # ")
+        name, line, words = place.split(":", 2)
+        there = every(ROOT / name) if (ROOT / name).is_file() else []
+        same = [found for found in there if found.words == words.strip()]
+        same = same or [found for found in there if NAME.sub("_", found.words) == NAME.sub("_", words.strip())]
+        made = min(same, key=lambda found: abs(found.line - int(line)), default=None)
+        yield verdict, made, f"{name}:{made.line}: {made.words}{separator}{why}" if made else what.strip()
 
 
 def nearest(tests: Iterable[str], module: Path) -> tuple[list[str], list[str]]:
