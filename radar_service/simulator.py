@@ -21,8 +21,7 @@ from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
 from radar_service.scans.sector import Sector
 from radar_service.scene_file.error_tables import changed_errors
 from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up
-from radar_service.simulation.source_tiles import SourceTiles
-from radar_service.simulation.source_truth import SourceTruth
+from radar_service.simulation.source_tiles import SourceTiles, SourceTruth
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.sources.numbers import source_names

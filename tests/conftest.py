@@ -1,4 +1,4 @@
-"""How the suite runs: on all cores, except where figures are printed or measured. The file of a scene that tests share."""
+"""How the suite runs: in one process more than there are cores, save where figures are measured. The scene that tests share."""
 
 import asyncio
 import gc
@@ -6,6 +6,7 @@ import inspect
 import json
 import os
 import sys
+from collections.abc import Generator
 from pathlib import Path
 
 import pytest
@@ -26,23 +27,37 @@ sys.dont_write_bytecode = False  # nor this one the tests with their rewritten a
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """Cores for the suite, at most four; none besides this process for benchmarks, studies and with -s or --pdb."""
+    """One more than cores for the suite, as tests also wait for what they start, at most five; none besides this process for
+    benchmarks, studies and with -s or --pdb."""
     alone = config.option.markexpr not in (SUITE, SAME_BYTES) or config.option.capture == "no" or config.option.usepdb
-    return 0 if alone else min(4, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return 0 if alone else min(5, cores + 1)
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_collection() -> Generator[None, object, object]:
+    """Collects without the collector of garbage: modules and tests live on, and to search them takes a fifth of the time."""
+    gc.disable()
+    try:
+        return (yield)
+    finally:
+        gc.enable()
 
 
 @pytest.hookimpl(tryfirst=True)  # before -m chooses
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Gives the tests that compare bytes, and those beyond the sample of their parameters, their markers; those that drive a
-    browser compare pixels of given pictures. What takes minutes runs on request alone, whatever other markers are chosen by."""
-    on_request = "study" in str(config.option.markexpr).replace("not study", "")
+    """Gives tests beyond the sample of their parameters their marker, and those that compare bytes where -m names it; those
+    that drive a browser compare pixels of given pictures. What takes minutes runs on request alone, whatever else is chosen."""
+    chosen_by = str(config.option.markexpr)
+    on_request, by_bytes = "study" in chosen_by.replace("not study", ""), "same_bytes" in chosen_by
     for item in beyond_samples(items):
         item.add_marker("study")
     for item in items:
         if item.get_closest_marker("study") and not on_request:
             item.add_marker(pytest.mark.skip(reason="opt-in: -m study"))
-        if isinstance(item, pytest.Function) and compares_bytes(item.function) and not item.get_closest_marker("browser"):
-            item.add_marker("same_bytes")
+        if by_bytes and isinstance(item, pytest.Function) and not item.get_closest_marker("browser"):
+            if compares_bytes(item.function):
+                item.add_marker("same_bytes")
 
 
 def pytest_collection_finish(session: pytest.Session) -> None:

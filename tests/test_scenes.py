@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 import radar_service as rs
 from radar_service.display.video import Controls, display_video, layout
 from radar_service.numerics.frames import map_from_body
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.world.body import Body
 from radar_service.world.poses import pose_at
 from tests.reference import make_scenes

@@ -9,8 +9,7 @@ if TYPE_CHECKING:
     from radar_service.bench.scores.bias import Bias, bias_cause
     from radar_service.bench.single_run import missed_limits
     from radar_service.bench.trackers.gating import Tuning
-    from radar_service.bench.trackers.stone_soup import reference_tracks
-    from radar_service.bench.trackers.stone_soup_readers import PlotReader, TruthReader
+    from radar_service.bench.trackers.stone_soup_parts import PlotReader, TruthReader, reference_tracks
     from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 
 __all__ = [

@@ -11,9 +11,13 @@ from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.scattering.models import model_named
 from radar_service.scattering.reflector_patterns import size_of
-from radar_service.scene_file.checks.body_size import check_optics_area, size_findings
-from radar_service.scene_file.checks.mesh_axes import axis_findings, is_under_way
-from radar_service.scene_file.checks.mesh_findings import Findings
+from radar_service.scene_file.checks.mesh_findings import (
+    Findings,
+    axis_findings,
+    check_optics_area,
+    is_under_way,
+    size_findings,
+)
 from radar_service.scene_file.convert import presence_from_model
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.model.body import (

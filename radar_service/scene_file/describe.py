@@ -11,7 +11,7 @@ from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import Polar, bearing_text, effective_earth_radius, polar_from_map
 from radar_service.radar.description import radar_lines
 from radar_service.scattering.reflector_patterns import reflector_text
-from radar_service.scene_file.checks.body_size import metres
+from radar_service.scene_file.checks.mesh_findings import metres
 from radar_service.scene_file.checks.placement import nearest_point
 from radar_service.scene_file.model.scene import scene_schema
 from radar_service.stages.registry import effects_in, effects_named, own_effects

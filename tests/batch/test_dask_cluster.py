@@ -16,7 +16,10 @@ from radar_service.batch.jobs import Job, JobsFailed, run
 from radar_service.numerics.arithmetic import arithmetic
 from tests.batch.loopback_cluster import loopback_cluster
 
-pytest.importorskip("distributed")
+
+@pytest.fixture(scope="module", autouse=True)
+def dask() -> None:
+    pytest.importorskip("distributed")  # here and not above: each process collects, one runs these tests
 
 
 @pytest.fixture(scope="module")

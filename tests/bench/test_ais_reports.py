@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radar_service.bench.ais_reports import with_ais
-from radar_service.bench.scenario import Scenario, ScenarioError, file_errors, load_scenario
+from radar_service.bench.scenario import AisStation, Scenario, ScenarioError, file_errors, load_scenario
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.bench.trackers.tracker import AisTarget
@@ -106,7 +106,7 @@ def test_no_report_is_lost_between_two_scans() -> None:
     """At 2.4 s a turn (25 rpm), where the ends of scans, as sums, are no tenths to the last bit, and slots are at them."""
     scenario = load_scenario("ais-swapped")
     results = [ScanResult(replace(given(k, ()), time=(k + 1) * 2.4), (), truths(scenario, k)) for k in range(scenario.scans)]
-    stations = tuple(scenario.ais[0].model_copy(update={"mmsi": k + 1, "latency_s": 0.1 * k}) for k in range(30))
+    stations = tuple(AisStation(mmsi=k + 1, body=scenario.ais[0].body, latency_s=0.1 * k) for k in range(30))
     every = with_ais([replace(results[-1], truths=sum((result.truths for result in results), ()))], stations, 0)
     got = [report for scan in with_ais(results, stations, 0) for report in scan.given.ais or ()]
     assert got == [*(every[0].given.ais or ())]

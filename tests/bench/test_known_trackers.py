@@ -8,7 +8,7 @@ import pytest
 
 from radar_service.bench.kept_plots import ObservedRun, observed_run
 from radar_service.bench.run import answered
-from radar_service.bench.scenario import Scenario, load_scenario, scenarios
+from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.scores.scoring import metrics_of
 from radar_service.bench.scores.verdicts import is_gross
 from radar_service.bench.single_run import data_sheet, header_of
@@ -18,6 +18,7 @@ from radar_service.bench.trackers.tracker import Tracker
 from radar_service.bench.trackers.trackers import tracker_for
 from tests.bench import dishonest_trackers as dishonest
 from tests.bench import known_trackers as known
+from tests.bench.test_scenario import PACKAGED
 
 FAST_RADAR = {"azimuths": 360, "beamwidth_deg": 3.0, "bandwidth_hz": 5e6, "sample_rate_hz": 7.5e6}
 FROM_THE_FUTURE = "from the future"
@@ -145,9 +146,9 @@ def test_smoke_finds_each_fault(wrong: type[known.Imm], name: str, metric: str, 
     ("good", "name"),
     [
         (good, name)
-        for name in scenarios()
+        for name, scenario in PACKAGED.items()
         for good in GOOD
-        if load_scenario(name).judges == "tracks" and not (good == "gnn" and name in TURNS)
+        if scenario.judges == "tracks" and not (good == "gnn" and name in TURNS)
     ],
 )
 def test_smoke_lets_good_trackers_pass(good: str, name: str, folder: Path) -> None:

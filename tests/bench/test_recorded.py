@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from radar_service.bench.recorded import read_recording, recorded_scans
+from radar_service.bench.recorded import UNKNOWN_DB, read_recording, recorded_scans
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import ScenarioError, load_scenario, scenarios, with_profile
 
@@ -42,6 +42,7 @@ def test_scans_are_in_order_and_velocities_are_those_of_positions(name: str) -> 
         place, velocity = (np.array([getattr(scan.truths[k], what) for scan in scans]) for what in ("position", "velocity"))
         np.testing.assert_allclose((velocity[:-1] * np.diff(times)[:, None]).sum(axis=0), place[-1] - place[0], atol=12.0)
     for plot in scans[5].given.plots:
+        assert (plot.snr_db, plot.cells) == (UNKNOWN_DB, 1)
         along = np.array([plot.east - scans[5].given.east, plot.north - scans[5].given.north])
         np.testing.assert_allclose(along, plot.range * np.array([np.sin(plot.bearing), np.cos(plot.bearing)]), atol=1e-6)
 

@@ -12,6 +12,7 @@ from radar_service.scattering.reflector_patterns import reflector_area
 from radar_service.scene_file.load import load_scene
 from radar_service.world.seaway_motion import SeawayMotion
 
+PACKAGED = {name: load_scenario(name) for name in scenarios()}
 SMALL: dict[str, Any] = {
     "name": "small", "question": "?", "expected": "!", "source": "this test", "scans": 8, "vary_m": 5.0,
     "scene": {
@@ -24,7 +25,7 @@ SMALL: dict[str, Any] = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("name", scenarios())
+@pytest.mark.parametrize("name", PACKAGED)
 def test_every_scenario_loads_and_says_what_it_asks(name: str) -> None:
     scenario = load_scenario(name)
     assert scenario.name == name and scenario.question.endswith("?") and scenario.limit
@@ -33,7 +34,7 @@ def test_every_scenario_loads_and_says_what_it_asks(name: str) -> None:
 
 
 def test_the_library_has_the_standards_and_crossings() -> None:
-    names = set(scenarios())
+    names = set(PACKAGED)
     assert {f"a823-{n}" for n in (1, 2, 3, 4)} | {f"crossing-cpa-{cpa}" for cpa in (0, 100, 500)} <= names
     assert {
         "crossing-hulls",
@@ -233,7 +234,7 @@ def test_limits_of_every_scenario_stand_beside_its_own() -> None:
 
 
 @pytest.mark.parametrize(
-    "name", [name for name in scenarios() if load_scenario(name).judges == "tracks" and "error-free" not in name]
+    "name", [name for name, scenario in PACKAGED.items() if scenario.judges == "tracks" and "error-free" not in name]
 )
 def test_every_track_scenario_has_plot_errors_and_something_to_notice(name: str) -> None:
     """A target manoeuvres or vanishes, so that a tracker that stops to look is found; but for the error-free table 3. Extended
@@ -244,7 +245,9 @@ def test_every_track_scenario_has_plot_errors_and_something_to_notice(name: str)
     assert any("manoeuvre" in body or "end_s" in body for body in bodies)
 
 
-@pytest.mark.parametrize("name", [name for name in scenarios() if "sea_state" in load_scenario(name).scene["environment"]])
+@pytest.mark.parametrize(
+    "name", [name for name, scenario in PACKAGED.items() if "sea_state" in scenario.scene["environment"]]
+)
 def test_the_sea_of_a_scenario_moves_all_that_floats_or_its_source_says_why_not(name: str) -> None:
     """Own ship and each body have the sway of a seaway, but for bodies whose `hull` says that they do not float."""
     scenario = load_scenario(name)

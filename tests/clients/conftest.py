@@ -40,14 +40,17 @@ def radar(air: Air) -> FakeRadar:
     return air.radar
 
 
-@pytest.fixture(scope="module")
-def modules(browser: Browser, air: Air, served: Served) -> Iterator[Page]:
-    """A page whose modules can be imported."""
-    air.radar = FakeRadar()  # whatever an earlier test has left
-    page = browser.open(served.url)
-    page.wait(DRAWN.format("one:720"))
-    yield page
-    page.close()
+STILL = """window.requestAnimationFrame = () => 0;
+  window.fetch = () => new Promise(() => {});
+  window.WebSocket = class { close() {} };"""
+
+
+@pytest.fixture(scope="package")
+def modules(browser: Browser, served: Served) -> Page:
+    """A page whose modules can be imported; it asks its service nothing, and draws nothing."""
+    page = browser.open(served.url, first=STILL)
+    page.wait("document.readyState === 'complete'")
+    return page
 
 
 class Opened:

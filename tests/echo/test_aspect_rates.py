@@ -43,6 +43,7 @@ def test_jumps_of_the_heading_are_corners_from_a_hundredth_of_a_radian_on() -> N
     """k 0.5 m x the jump: 0.3 degrees are 0.5 rad at the ends of an echo, 0.01 degrees 0.017 rad."""
     assert corners() == corners(**route(7, 0.01)) == []
     assert corners(**route(7, 0.3)) == corners(**route(7, 90.0)) == [57]
+    assert corners(**route(-48, 90.0)) == [2] and corners(**route(48, 90.0)) == [98]
     assert corners(own_ship=route(-20, 90.0) | {"roll_deg": 10}, heading_deg=0) == []
 
 

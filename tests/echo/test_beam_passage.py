@@ -16,7 +16,7 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.world.body import Body
 from radar_service.world.motion import Motion
 from tests.reference.compressed_pulse import sinc2_beam

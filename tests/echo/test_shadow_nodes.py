@@ -22,8 +22,8 @@ NONE = np.array([250])
 
 
 def at_places(field: Floats) -> Fields:
-    """Fields of one path, a scattering centre each metre."""
-    place = np.stack([np.arange(len(field)), np.zeros(len(field)), np.zeros(len(field))], axis=1)
+    """Fields of one path, a scattering centre each 2 mm."""
+    place = np.stack([0.002 * np.arange(len(field)), np.zeros(len(field)), np.zeros(len(field))], axis=1)
     same = np.zeros(len(field), dtype=np.int64)
     return by_centre(BodyEchoes(place.astype(np.float64), field.astype(np.complex128), same, same, np.zeros(len(field))))
 
@@ -170,6 +170,11 @@ def test_own_ship_moves_shadows_of_what_rests() -> None:
 def test_what_rests_moves_no_shadow_over_what_rests() -> None:
     shadow = rates({"position_m": [0.0, 1000.0, 0.0]}, {"position_m": [0.0, 500.0, 0.0]})
     assert not shadow.rate([Caster(1, 500.0)], TIME).any() and shadow.moving([1], TIME) == []
+    swinging = rates(
+        {"position_m": [0.0, 1000.0, 0.0]}, {"position_m": [0.0, 500.0, 0.0], "turn_rate_deg_s": 2.0, "heading_deg": None}
+    )
+    ends = 2.0 * np.deg2rad(2.0) * swinging.body.radius  # of the shadow of a hull that turns on the spot
+    assert swinging.rate([Caster(1, 500.0)], TIME)[1] == pytest.approx(ends / (STEADY * SIZE), rel=1e-3)
 
 
 @pytest.mark.parametrize("width", [80.0, 3.0], ids=["along-its-edge", "across"])

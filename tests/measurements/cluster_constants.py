@@ -15,8 +15,8 @@ from radar_service.processes.limits import processor_time_of
 from radar_service.sweep.estimate import estimate
 from radar_service.sweep.inputs import inputs_of
 from radar_service.sweep.layout import layout_of
-from radar_service.sweep.task import RunTask
-from radar_service.sweep.task import run as run_task
+from radar_service.sweep.sweep import RunTask
+from radar_service.sweep.sweep import run as run_task
 from tests.batch.loopback_cluster import loopback_cluster
 
 TASKS = 1000

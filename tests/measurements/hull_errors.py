@@ -24,7 +24,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import Onlooker
 from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scattering.physical_optics.path_centres import PATHS
 from radar_service.scattering.physical_optics.picture import Picture

@@ -1,7 +1,7 @@
 """The table of docs/accuracy.md#load: python -m tests.measurements.load_table [--seconds 20] [--rows plain,fine,...].
 
 Service, clients and bare server are processes of their own, on loopback. The first line says how busy the machine was: with
-others on it latencies are theirs as well. `pytest -m bench tests/measurements/test_feed_load.py -s` holds each row to its limits.
+others on it latencies are theirs as well. It exits with 1 where a row is beyond its limits.
 """
 
 import argparse

@@ -1,22 +1,26 @@
 """Breaks modules in small ways and tells which of these mutants the tests kill.
 
     python -m tests.measurements.mutants [MODULE ...] [--count 100] [--seed 0] [--also TEST ...] [--against TREE]
-    python -m tests.measurements.mutants --list [FILE]
+    python -m tests.measurements.mutants --list [FILE] [--only VERDICT ...]
 
 MODULE is a file or a folder, radar_service by default. In a mutant one operator of comparison, arithmetic or logic is another
-one, or one constant is larger by 1. It lives in a copy of this tree, where the tests that run its line are called, the nearest
-first, with those of --also. Which run it says `.coverage`, which `pytest --cov --cov-context=test` writes (of the suite, or of
-some folders); without it, and for lines that run as a module is imported, they are those of the file that mirrors the module.
+one, or one constant is larger by 1. It lives in a copy of this tree, where the tests that run its line are called: first those of
+the file that mirrors the module, then, where it survives, others, with those of --also. Which run it says `.coverage`, which
+`pytest --cov --cov-context=test` writes; without it, and for lines that run at import, they are those of the module's folder.
 With --against, the mutants that the tests of that tree kill are what the tests of this one must kill. --list runs those of a
-file, tests/measurements/mutants.txt by default, and writes their verdicts there. Exits with 1 where one that was killed
-survives. Equal modules and seeds give equal mutants.
+file, tests/measurements/mutants.txt by default, and writes each verdict there; `--only new` goes on after an end before time.
+`equal` ones, which alter nothing for the reason beside them, are not run. Exits with 1 where one that was killed survives.
 """
 
 import argparse
 import ast
 import copy
+import os
 import random
+import re
+import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -33,8 +37,9 @@ from tests.test_house_rules import mirrored
 ROOT = Path(__file__).parents[2]
 LISTED = Path(__file__).with_suffix(".txt")
 MOST = 80  # tests of a mutant: a line that nearly all tests run is checked by the nearest of them
-LIMIT_S = 300  # for the tests of a mutant, which may never end; it is killed then
-PASSED, FAILED = 0, 1  # exit codes of pytest
+LIMIT_S, LIMIT_CPU_S = 300, 60  # for the tests of a mutant, which may wait or compute for ever; it is killed then
+PASSED = 0  # exit code of pytest
+FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S.*?)(?: - |$)", re.MULTILINE)  # in the summary of pytest
 SWAPS: dict[type[ast.AST], Any] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.And: ast.Or, ast.Or: ast.And,
@@ -92,7 +97,7 @@ def listed(text: str) -> Iterator[tuple[str, Mutant | None, str]]:
     every = cache(mutants_of)
     for row in text.splitlines():
         verdict, _, what = row.partition(" ")
-        name, line, words = what.strip().split(":", 2)
+        name, line, words = what.strip().partition("  # ")[0].split(":", 2)
         same = [found for found in every(ROOT / name) if found.words == words.strip()] if (ROOT / name).is_file() else []
         yield verdict, min(same, key=lambda found: abs(found.line - int(line)), default=None), what.strip()
 
@@ -114,36 +119,49 @@ class Copy:
         self.folder, self.also, self.covered = folder, also, covered
         self.passes = cache(self._passes)
 
-    def tests_of(self, module: Path, line: int) -> tuple[str, ...]:
-        """Those that run a line of a module, else those of the file that mirrors it; and those of --also."""
+    def tests_of(self, module: Path, line: int) -> Iterator[tuple[str, ...]]:
+        """Yields those of the file that mirrors a module, and those farther away with those of --also, that run a line of it."""
         lines = self.covered.contexts_by_lineno(str(module)) if self.covered else {}
         running = {context.rpartition("|")[0] for context in lines.get(line, [])} - {""}
-        tests = nearest(running, module) or [path.relative_to(ROOT).as_posix() for path in mirrored(module)]
-        return tuple(test for test in [*tests, *self.also] if (self.folder / test.split("::")[0]).exists())
+        near = {path.relative_to(ROOT).as_posix() for path in mirrored(module)}
+        beside = {path.relative_to(ROOT).as_posix() for path in mirrored(module)[0].parent.glob("test_*.py")}
+        tests = [test for test in nearest(running or near | beside, module) if (self.folder / test.split("::")[0]).exists()]
+        yield tuple(test for test in tests if test.split("::")[0] in near)
+        yield tuple(test for test in [*tests, *self.also] if test.split("::")[0] not in near)
 
-    def exit_code(self, tests: tuple[str, ...]) -> int:
-        """That of pytest on some tests."""
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "0", "-p", "no:cacheprovider", *tests]
-        try:
-            return subprocess.run(command, cwd=self.folder, stdout=subprocess.DEVNULL, timeout=LIMIT_S).returncode
-        except subprocess.TimeoutExpired:
-            return FAILED
+    def failing(self, tests: tuple[str, ...]) -> tuple[str, ...]:
+        """The first of some tests that fails; all of them where pytest says none and does not pass, or does not end."""
+        command = [sys.executable, "-m", "pytest", "-q", "-x", "-rfE", "-n", "0", "-p", "no:cacheprovider", *tests]
+        with (
+            tempfile.TemporaryFile("w+") as said,
+            subprocess.Popen(command, cwd=self.folder, stdout=said, start_new_session=True) as running,
+        ):
+            resource.prlimit(running.pid, resource.RLIMIT_CPU, (LIMIT_CPU_S, LIMIT_CPU_S))
+            try:
+                code = running.wait(LIMIT_S)
+            except subprocess.TimeoutExpired:
+                os.killpg(running.pid, signal.SIGKILL)
+                return tests
+            said.seek(0)
+            return () if code == PASSED else tuple(re.findall(FAILURE, said.read())) or tests
 
     def _passes(self, tests: tuple[str, ...]) -> bool:
-        return bool(tests) and self.exit_code(tests) == PASSED
+        return not self.failing(tests)
 
     def verdict(self, made: Mutant) -> str:
-        """`killed` or `survives`; `unclear` where the tests fail without the mutant too."""
-        tests = self.tests_of(made.module, made.line)
-        if not self.passes(tests):
-            return "unclear"
-        file = self.folder / made.module.relative_to(ROOT)
+        """`killed` or `survives`; `unclear` where no test is near, or what fails does so without the mutant too."""
+        file, verdict = self.folder / made.module.relative_to(ROOT), "unclear"
         kept = file.read_text(encoding="utf-8")
-        file.write_text(mutant(kept, made.number), encoding="utf-8")
-        try:
-            return "survives" if self.exit_code(tests) == PASSED else "killed"
-        finally:
-            file.write_text(kept, encoding="utf-8")
+        for tests in filter(None, self.tests_of(made.module, made.line)):
+            file.write_text(mutant(kept, made.number), encoding="utf-8")
+            try:
+                failing = self.failing(tests)
+            finally:
+                file.write_text(kept, encoding="utf-8")
+            if failing:
+                return "killed" if self.passes(failing) else "unclear"
+            verdict = "survives"
+        return verdict
 
 
 def modules(positions: list[Path]) -> list[Path]:
@@ -165,6 +183,7 @@ def main() -> int:
     parser.add_argument("--seed", type=int, default=0, help="of the choice (default: %(default)s)")
     parser.add_argument("--also", nargs="*", default=[], metavar="TEST", help="tests besides those that run a line")
     parser.add_argument("--against", type=Path, metavar="TREE", help="whose tests say what these must kill")
+    parser.add_argument("--only", nargs="+", metavar="VERDICT", help="those of the list that have one of these")
     parser.add_argument("--list", nargs="?", type=Path, const=LISTED, metavar="FILE", help="of mutants and their verdicts")
     options = parser.parse_args()
     covered = CoverageData(str(ROOT / ".coverage")) if (ROOT / ".coverage").exists() else None
@@ -181,6 +200,9 @@ def main() -> int:
         here = Copy(Path(scratch) / "here", ROOT, options.also, covered)
         there = Copy(Path(scratch) / "there", options.against, options.also) if options.against else None
         for number, (before, made, text) in enumerate(rows):
+            if before not in options.only if options.only else before == "equal":
+                tallies[before] += 1
+                continue
             now = here.verdict(made) if made else "gone"
             verdict = compared(now, there.verdict(made) if there and made else before)
             tallies[verdict] += 1

@@ -2,7 +2,7 @@
 
     python -m tests.measurements.walk
 
-A radar of a fake engine in a process of its own, one client, paused. Spokes are stepped, then own ship is commanded, by real
+The real simulator of a tiny radar in its process, one client, paused. Spokes are stepped, then own ship is commanded, by real
 sockets. A file counts where a function of it is called with what is on its way, or returns it: spokes as records, arrays or a
 message, the command as a request, values or a record. What only waits, paces or counts without it does not.
 """
@@ -37,10 +37,11 @@ from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeBatch
+from radar_service.simulator import Simulator
 from radar_service.world.commands import Command
 from radar_service.world.scene import Scene
 from tests.ports.serving import served
-from tests.service.fake import AZIMUTHS, BINS, RADAR, FakeEngine
+from tests.service.fake import AZIMUTHS, BINS, RADAR
 
 PACKAGE = str(Path(radar_service.__file__).parent)
 FOLDER = "WALK_FOLDER"  # of the environment: where the scene process says what it has seen
@@ -90,7 +91,7 @@ class Walk:
             self.threads.add(threading.current_thread().name)
 
 
-class WatchedEngine(FakeEngine):
+class WatchedSimulator(Simulator):
     """Writes down at the end of each block and each command what its process has seen so far."""
 
     walk: Walk
@@ -114,14 +115,14 @@ class WatchedEngine(FakeEngine):
     kind = "spoke"
 
 
-def watched_engine(of: Scene) -> FakeEngine:
-    """An engine whose process watches spokes, and in its other threads the command."""
-    engine = WatchedEngine(of)
-    engine.walk = Walk()
-    engine.walk.carries = carries_spoke if os.environ.get("WALK_KIND", "spoke") == "spoke" else carries_command
-    engine.kind = os.environ.get("WALK_KIND", "spoke")
-    threading.setprofile(engine.walk)
-    return engine
+def watched_simulator(of: Scene) -> Simulator:
+    """A simulator whose process watches spokes, and in its other threads the command."""
+    simulator = WatchedSimulator(of)
+    simulator.walk = Walk()
+    simulator.walk.carries = carries_spoke if os.environ.get("WALK_KIND", "spoke") == "spoke" else carries_command
+    simulator.kind = os.environ.get("WALK_KIND", "spoke")
+    threading.setprofile(simulator.walk)
+    return simulator
 
 
 async def play(kind: str, host: str, port: int, walk: Walk) -> None:
@@ -150,7 +151,7 @@ def walked(kind: str) -> tuple[set[str], set[str]]:
         os.environ.update({FOLDER: folder, "WALK_KIND": kind})
         fork_server = ForkServer(SCENES_NEED, OTHERS_NEED)
         fork_server.start()
-        maker = SceneProcessMaker(fork_server, watched_engine)
+        maker = SceneProcessMaker(fork_server, watched_simulator)
         threading.setprofile(walk)
         source = maker(SceneRequest(SCENE), Progress())
         station = Station("0", source, maker, settings=Settings(pace=Pace("pause")))
@@ -171,6 +172,6 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    from tests.measurements import walk  # by its name, as the scene process finds the engine
+    from tests.measurements import walk  # by its name, as the scene process finds the simulator
 
     walk.main()

@@ -5,8 +5,7 @@ from itertools import chain
 from pathlib import Path
 
 from radar_service.believed.verdicts import chosen_rows
-from radar_service.plan.credibility import held
-from radar_service.plan.plan import plan_for
+from radar_service.plan.plan import held, plan_for
 from radar_service.records.fidelity import PRESETS
 from tests.scenes import scene
 

@@ -92,13 +92,13 @@ def test_looks_of_a_beam_are_those_of_drawn_speckle(ship: Radar) -> None:
 
 
 def test_a_pulse_of_another_radar_is_rejected_and_a_weak_steady_echo_is_integrated(ship: Radar) -> None:
-    """One spoke of 40 dB, and 9 dB over noise in three spokes, each of which is below the threshold of one look."""
+    """Two spokes of 40 dB with one between them, and 9 dB over noise in three spokes, each below the threshold of one look."""
     power = clutter(ship, 1.0, -60.0, 5)
     noise = receiver_noise_power(ship)
-    power[100, 600] = 1e4 * noise
+    power[[100, 102], 600] = 1e4 * noise
     power[199:202, 700] = 8.5 * noise
     exceeded = power > MarineThreshold(ship, 1e-4).of(power)
-    assert not exceeded[100, 600] and exceeded[200, 700]
+    assert not exceeded[[100, 102], 600].any() and exceeded[200, 700]
     assert power[200, 700] < KnownThreshold(ship, 1e-4).of(power)[0, 0]
 
 

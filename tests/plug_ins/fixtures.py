@@ -43,18 +43,10 @@ def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Foreign]:
     outer = "".join(f"site.addsitedir({path!r}); " for path in getsitepackages())
     (site / "outer.pth").write_text(f"import site; {outer}\n")  # this project and what it needs, as they are installed here
     copies: Path = shutil.copytree(PACKAGES, folder / "sources", ignore=shutil.ignore_patterns("__pycache__"))
-    pip = [
-        sys.executable,
-        "-m",
-        "pip",
-        "--python",
-        python,
-        "install",
-        "-q",
-        "--no-deps",
-        "--no-index",
-        "--no-build-isolation",
-    ]
-    subprocess.run([*pip, *(file.parent for file in copies.glob("*/pyproject.toml"))], check=True, capture_output=True)
+    pip = [sys.executable, "-m", "pip", "--python", python, "install", "-q"]
+    offline = ["--no-deps", "--no-index", "--no-build-isolation"]
+    subprocess.run(
+        [*pip, *offline, *(file.parent for file in copies.glob("*/pyproject.toml"))], check=True, capture_output=True
+    )
     yield Foreign(python)
     assert tree() == before

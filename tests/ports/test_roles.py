@@ -57,20 +57,17 @@ def app() -> FastAPI:
     return made
 
 
-@pytest.mark.parametrize(
-    ("kind", "path", "needed"),
-    [
+def test_what_a_request_needs() -> None:
+    made = app()
+    for kind, path, needed in (
         ("GET", "/radar/seen", "read"), ("HEAD", "/radar/seen", "read"), ("PUT", "/radar/seen", "command"),
         ("DELETE", "/radar/seen", "command"), ("POST", "/radar/asked", "read"), ("GET", "/radar/open", "nothing"),
         ("PUT", "/radar/open", "command"), ("PUT", "/page.js", "command"), ("GET", "/radar/none", "read"),
         ("POST", "/radar/none", "command"), ("GET", "/open", "nothing"), ("GET", "/", "nothing"),
         ("GET", "/page.js", "nothing"), ("websocket", "/radar/listen", "read"), ("websocket", "/radar/0/steer", "command"),
         ("websocket", "/page.js", "read"), ("websocket", "/open", "read"),
-    ],
-)  # fmt: skip
-def test_what_a_request_needs(kind: str, path: str, needed: str) -> None:
-    scope = {"type": "websocket" if kind == "websocket" else "http", "method": kind, "path": path, "root_path": ""}
-    assert Roles(app().routes).needed(scope) == needed
+    ):  # fmt: skip
+        assert role_of(made, path, kind) == needed, (kind, path)
 
 
 def test_a_route_without_a_role_stops_the_start() -> None:

@@ -106,7 +106,9 @@ speed_kn = 10
     with (tmp_path / "bag.mcap").open("rb") as stream:
         ((schema, _, message),) = make_reader(stream).iter_messages(topics=["/odom"])
     assert schema is not None
-    linear = Reader(schema.data.decode(), message.data).message["twist"]["twist"]["linear"]
+    odometry = Reader(schema.data.decode(), message.data).message
+    assert odometry["pose"]["pose"]["position"] == {"x": 0.0, "y": 0.0, "z": 0.0}  # at the first of its spokes
+    linear = odometry["twist"]["twist"]["linear"]
     speed = 10 * 1852 / 3600
     assert linear["x"] == pytest.approx(speed * math.cos(math.radians(30)))
     assert linear["y"] == pytest.approx(-speed * math.sin(math.radians(30)))

@@ -1,16 +1,19 @@
 """Slow reference: walls dented between frames, element by element with the dents in their positions (`metal_on_water`).
 
-Draws of walls as ships have them: size, frames, depth of dents, distance, aspect, lean, sea.
+Draws of walls as ships have them: size, frames, depth of dents, distance, aspect, lean, sea. Which walls of a mesh are dented.
 """
 
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from tests.reference import metal_on_water as oracle
 from tests.reference.metal_on_water import Complexes, Floats, Setting
 
+COPLANAR = 1e-6  # rad
 NODES_A_BAY = 10  # Gauss-Legendre: the phase turns by 9 rad over a bay at most
 MAX_TURN, MAX_LEAN = 5.0, 2.0  # degrees off the wall's normal, and off upright
 
@@ -94,3 +97,30 @@ def field(wall: Wall, depths: Floats, first: tuple[int, int]) -> complex:
         total = total + oracle.contributions(part, False, wall.setting).amplitude.sum()
     slant = float(np.hypot(np.hypot(*wall.middle[:2]), wall.middle[2] - wall.setting.antenna_height))
     return complex(total[0]) * slant**2
+
+
+def ways_of_walls(triangles: Floats, frame: float) -> np.ndarray:
+    """Which of four ways each wall faces (F,), -1 of what has no plating: flat patches within 30 degrees of upright that are
+    longer than two panels and higher than frames are apart. Sides along the hull are 2 and 3, across it 0 and 1."""
+    across = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normal = across / np.linalg.norm(across, axis=1, keepdims=True)
+    keys = np.round(triangles, 9) + 0.0
+    _, corner = np.unique(keys.reshape(-1, 3), axis=0, return_inverse=True)
+    corner = corner.reshape(-1, 3)
+    owners: dict[tuple[int, int], list[int]] = {}
+    for number, ring in enumerate(corner.tolist()):
+        for a, b in zip(ring, (*ring[1:], ring[0]), strict=True):
+            owners.setdefault((min(a, b), max(a, b)), []).append(number)
+    pairs = [(a, b) for edge in owners.values() for a in edge for b in edge if a < b]
+    ends = np.array(pairs, dtype=np.int64).reshape(-1, 2)
+    ends = ends[np.linalg.norm(np.cross(normal[ends[:, 0]], normal[ends[:, 1]]), axis=1) < COPLANAR]
+    count, patch = connected_components(coo_array((np.ones(len(ends)), ends.T), shape=(len(normal),) * 2), directed=False)
+    result = np.full(len(normal), -1)
+    for number in range(count):
+        of_patch = patch == number
+        long, wide, high = np.ptp(triangles[of_patch].reshape(-1, 3), axis=0)
+        if np.hypot(long, wide) > 2.0 * frame and high > frame:
+            result[of_patch] = np.where(np.abs(normal[of_patch, 2]) < 0.5, 0, -1)
+    sideways = np.abs(normal[:, 0]) >= np.abs(normal[:, 1])
+    way = np.where(sideways, 2 + (normal[:, 0] > 0.0), normal[:, 1] > 0.0)
+    return np.where(result < 0, -1, way)

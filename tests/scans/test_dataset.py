@@ -6,7 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import radar_service as rs
 from radar_service.__main__ import main
@@ -61,7 +60,7 @@ def test_files_give_the_scans_back(ending: str, sector: tuple[float, float] | No
     for _ in range(2):  # the second time it is there already
         exporter(path)(path, scans, {"name": "one", "seed": 0})
     options = {"engine": "scipy"} if ending == ".nc" else {"engine": "zarr", "consolidated": False}
-    with xr.open_dataset(path, **options) as dataset:
+    with pytest.importorskip("xarray").open_dataset(path, **options) as dataset:
         assert dataset.attrs["name"] == "one" and dataset.power.attrs["units"] == "W"
         assert ("field_real" in dataset) == (ending == ".nc")
         assert_same(scans_from_xarray(dataset), scans)
@@ -71,7 +70,7 @@ def test_files_give_the_scans_back(ending: str, sector: tuple[float, float] | No
 def test_the_command_exports(ending: str, one_target: Path, tmp_path: Path) -> None:
     path = tmp_path / f"a{ending}"
     assert main(["scan", str(one_target), "--scans", "2", "--seed", "5", "-o", str(path)]) == 0
-    with xr.open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as dataset:
+    with pytest.importorskip("xarray").open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as dataset:
         assert dataset.attrs["seed"] == 5 and dataset.sizes["scan"] == 2
         made = rs.Simulator(rs.load_scene(one_target), seed=5)
         assert_same(scans_from_xarray(dataset), [made.scan() for _ in range(2)])
@@ -90,7 +89,7 @@ def test_labels_and_powers_go_through_files(ending: str, tmp_path: Path) -> None
     path = tmp_path / f"a{ending}"
     about = {"label_numbers": np.array(list(names), np.uint32), "label_names": np.array(list(names.values()))}
     exporter(path)(path, scans, about)
-    with xr.open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
+    with pytest.importorskip("xarray").open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
         assert dict(zip(stored.source.values.tolist(), stored.source_name.values.tolist(), strict=True)) == names
         for one, other in zip(scans, scans_from_xarray(stored), strict=True):
             assert (
@@ -114,7 +113,7 @@ def test_the_command_exports_labels(ending: str, one_target: Path, tmp_path: Pat
     path = tmp_path / f"a{ending}"
     assert main(["scan", str(one_target), "--labels", "-o", str(path)]) == 0
     made = rs.Simulator(rs.load_scene(one_target), labels=True)
-    with xr.open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
+    with pytest.importorskip("xarray").open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
         np.testing.assert_array_equal(stored.labels[0], made.scan().labels)
         assert stored.source_name.values.tolist() == list(made.label_names.values())
 

@@ -26,6 +26,7 @@ def test_each_kind_has_its_surface_and_its_place(tmp_path: Path) -> None:
     assert [body.one_sided for body in bodies] == [False, False, False, False, True]
     for body in bodies:
         np.testing.assert_allclose(body.motion.position, [[100, 200, 3]], rtol=1e-15)  # of the mean of four corners
+        assert body.motion.at_rest and not body.motion.heading.any()
 
 
 def test_equal_shapes_share_a_mesh_and_files_with_other_scales_do_not(tmp_path: Path) -> None:

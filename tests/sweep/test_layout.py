@@ -42,6 +42,7 @@ def test_what_is_known_before_the_first_run_is_a_coordinate(tmp_path: Path) -> N
     )
     assert values["body.buoy.rcs_dbsm"] == [5.0, 5.0, 15.0, 15.0] and values["environment.noise"] == [True] * 4
     assert values["body.cube.position_m"] == ["[200, 100, 0]"] * 4 and len(set(values["seed"])) == 4
+    assert values["radar_id"] == [""] * 4
     assert values["range"] == pytest.approx((np.arange(40) + 0.5) * 15.0, rel=0.01)  # 600 m, but for the last cell
     assert all(each.values.shape == tuple(of.sizes[dim] for dim in each.dims) for each in of.coordinates.values())
 

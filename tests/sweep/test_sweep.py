@@ -190,6 +190,7 @@ def test_it_adds_up_what_it_measures(tmp_path: Path) -> None:
     lines = str(taken).splitlines()
     assert lines[0] == "100 runs of 3 scans of 60 x 40" and "CPU hours on this machine" in lines[1]
     assert lines[-2].startswith(f"{layout.bytes / 1e6:.3g} MB of arrays") and "memory a worker" in lines[-1]
+    assert f"; 2 chunks a run of {len(layout.arrays)} arrays" in lines[-2]  # of two scans each
 
 
 def test_bytes_are_those_that_a_sweep_leaves(tmp_path: Path) -> None:

@@ -8,11 +8,11 @@ import pytest
 
 import radar_service as rs
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.sweep import task as task_module
+from radar_service.sweep import sweep as task_module
 from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import SweepStore, lay_out
-from radar_service.sweep.task import RunTask, run
+from radar_service.sweep.sweep import RunTask, run
 from tests.sweep.sweeps import SPEC, content, inputs, open_dataset
 
 

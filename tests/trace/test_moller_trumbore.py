@@ -32,7 +32,7 @@ def barycentric(corners: np.ndarray, position: np.ndarray) -> np.ndarray:
 @TESTS
 @pytest.mark.parametrize(
     ("x", "y", "distance"),
-    [(0.25, 0.25, 2.0), (0.9, 0.05, 2.0), (0.6, 0.6, np.inf), (-0.01, 0.5, np.inf), (0.5, -0.01, np.inf)],
+    [(0.25, 0.25, 2.0), (0.5, 0.5, 2.0), (0.9, 0.05, 2.0), (0.6, 0.6, np.inf), (-0.01, 0.5, np.inf), (0.5, -0.01, np.inf)],
 )
 def test_a_ray_through_or_beside_one_triangle(crossings, x: float, y: float, distance: float) -> None:
     assert crossings(np.array([x, y, 2.0]), DOWN, UNIT)[0, 0] == pytest.approx(distance, rel=1e-14)  # rounding

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.truth import surface_search
-from radar_service.truth.surface_search import FACE_POINTS, OUTWARD, face_points, outermost
+from radar_service.truth import ground_truth
+from radar_service.truth.ground_truth import FACE_POINTS, OUTWARD, face_points, outermost
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import shape_mesh
 
@@ -212,5 +212,5 @@ def test_outermost_points_are_found_part_by_part(monkeypatch: pytest.MonkeyPatch
     vertices = np.random.default_rng(3).normal(size=(1000, 3)) * [40.0, 30.0, 9.0]
     mesh = Mesh(vertices, np.arange(999).reshape(-1, 3))  # the last vertex is in no triangle
     expected = vertices[np.unique((vertices[:-1] @ OUTWARD.T).argmax(axis=0))]
-    monkeypatch.setattr(surface_search, "VERTICES", 64)
+    monkeypatch.setattr(ground_truth, "VERTICES", 64)
     assert np.array_equal(outermost(mesh), expected)

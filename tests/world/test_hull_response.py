@@ -10,7 +10,7 @@ from radar_service.numerics.types import Floats
 from radar_service.world.hull_response import HullForm, Response, response
 
 COASTER = HullForm(75.0, 12.5, 5.0, 0.7, 0.8, 8.9, 0.1)
-FREQUENCY = np.linspace(0.3, 2.5, 45)
+FREQUENCY = np.array([0.16, *np.linspace(0.3, 2.5, 45)])  # rad/s; the first is of waves 24 hulls long
 
 
 def at(form: HullForm, frequency: Floats, course: float, speed: float = 0.0) -> Response:

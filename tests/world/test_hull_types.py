@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.world import shapes
 from radar_service.world.hull_types import HULL_TYPES, PLAIN, hull_mesh

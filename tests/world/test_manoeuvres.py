@@ -8,7 +8,7 @@ import pytest
 import radar_service as rs
 from radar_service.echo.closest_approach import closest_approach
 from radar_service.numerics.constants import KNOT
-from radar_service.plan.run import body_run
+from radar_service.plan.body_errors import body_run
 from radar_service.world.motion import Motion
 from tests.scenes import point, scene
 

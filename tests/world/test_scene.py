@@ -17,6 +17,8 @@ def test_a_scene_gives_the_parts_of_its_world_and_platform() -> None:
     assert made.world == World("test", (1.0, 2.0), made.environment, made.bodies)
     assert (made.name, made.origin) == ("test", (1.0, 2.0))
     assert made.own_ship is made.platform.motion
+    six, seven = (repr(scene([point(f"b{k}", k, 9) for k in range(count)])) for count in (6, 7))
+    assert "more" not in six and "b5 and 1 more" in seven
     np.testing.assert_array_equal(made.antenna(0.0), [[5.0, 6.0, made.radar.height]])
 
 

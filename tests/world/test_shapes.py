@@ -179,6 +179,7 @@ def test_hull_fills_its_sizes_with_the_bow_north() -> None:
     np.testing.assert_allclose(mesh.vertices.max(axis=0), [8.0, 50.0, 20.0], atol=1e-12)
     bow = mesh.vertices[mesh.vertices[:, 1] > 49.999]
     assert np.abs(bow[:, 0]).max() == 0.0  # pointed
+    assert mesh.vertices[mesh.vertices[:, 2] == 0.0, 1].max() == pytest.approx(46.0)  # the stem rakes, by 8 % of 50 m
     tall = mesh.vertices[mesh.vertices[:, 2] > 19.999]
     assert tall[:, 1].max() < 0.0  # the house stands aft
     mirrored = {tuple(v) for v in (mesh.vertices * [-1, 1, 1] + 0.0).round(9)}

@@ -9,14 +9,25 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.numerics.constants import KNOT
+from radar_service.numerics.frames import map_from_deck
+from radar_service.numerics.types import Floats
+from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scene_file.load import load_scene
+from radar_service.world import large_mesh
 from radar_service.world.atmosphere import gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km
 from radar_service.world.body import Mesh
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.large_mesh import SLICES, mesh_sample, outward_winding, row_marks
 from radar_service.world.materials import MATERIALS, material_from_name, power_reflectivity
+from radar_service.world.motion import Motion, Pose, segment_headings
 from radar_service.world.outline import outline_of
+from radar_service.world.platform import Platform
+from radar_service.world.seaway import Waves, sea_state_of, significant_wave_height, wind_speed
+from radar_service.world.shapes import sphere
+from radar_service.world.sway import Sway, SwayState
 from tests.ports.ais.test_messages import ship
 from tests.scenes import point, scene
 
@@ -162,3 +173,227 @@ def test_an_outline_says_what_may_be_steered_and_holds_no_bodies() -> None:
     assert (outline.name, outline.origin, outline.body_count) == ("harbour", (50, 1), 1)
     assert outline.radar is scene.radar and outline.steerable.names == {"buoy"} and outline.has_sensors
     assert pickle.loads(pickle.dumps(outline)) == outline
+
+
+# platform: the platform: positions and directions of an antenna on a moving, swaying ship.
+ROLL = Sway(np.array([np.pi / 6, 0.0, 0.0, 0.0]), np.array([4.0, 1.0, 1.0, 1.0]))  # 30 degrees to starboard at 1 s
+HEAVE = Sway(np.array([0.0, 0.0, 0.0, 0.5]), np.full(4, 4.0))
+ROUNDING = 1e-12  # of float64 at some 10 m
+
+
+def platform(heading: float, sway: Sway | None = None) -> Platform:
+    """A platform that passes east 100 m, north 50 m at t = 0 with 2 m/s to the east."""
+    return Platform(
+        Motion(np.zeros(1), np.array([[100.0, 50.0, 0.0]]), np.array([heading]), np.array([2.0, 0.0, 0.0]), sway=sway)
+    )
+
+
+def test_an_upright_mast_stands_above_the_motion() -> None:
+    steady = platform(0.3)
+    np.testing.assert_allclose(
+        steady.antenna(np.array([0.0, 3.0]), 15.0), [[100, 50, 15], [106, 50, 15]], rtol=0, atol=ROUNDING
+    )
+    np.testing.assert_allclose(steady.heading(np.array([0.0, 9.0])), 0.3, rtol=0, atol=ROUNDING)
+    assert steady.upright_from_map(np.zeros(2)) is None and steady.text == "at east 100.0, north 50.0 m"
+
+
+def test_roll_moves_the_antenna_to_starboard_and_down() -> None:
+    """h sin 30 to starboard, which is south on an eastern heading, and h cos 30 above the sea."""
+    antenna = platform(np.pi / 2, ROLL).antenna(1.0, 20.0)
+    np.testing.assert_allclose(antenna, [[102.0, 40.0, 20.0 * np.sqrt(0.75)]], rtol=0, atol=ROUNDING)
+
+
+def test_heave_alone_lifts_the_antenna_over_the_sea() -> None:
+    """Half a metre at a quarter of its period; where the motion itself lies does not count."""
+    heaving = Platform(Motion(np.zeros(1), np.array([[0.0, 0.0, 7.0]]), np.zeros(1), sway=HEAVE))
+    np.testing.assert_allclose(heaving.antenna(np.array([0.0, 1.0]), 20.0)[:, 2], [20.0, 20.5], rtol=0, atol=ROUNDING)
+
+
+def test_directions_along_the_swaying_mast_become_vertical() -> None:
+    rolling, time = platform(np.pi / 2, ROLL), np.array([0.0, 1.0])
+    matrix = rolling.upright_from_map(time)
+    assert matrix is not None
+    mast = rolling.antenna(time, 1.0) - rolling.motion.pose(time).position
+    np.testing.assert_allclose(np.einsum("kij,kj->ki", matrix, mast), [[0, 0, 1], [0, 0, 1]], rtol=0, atol=ROUNDING)
+    np.testing.assert_allclose(matrix[1] @ [1.0, 0.0, 0.0], [1, 0, 0], rtol=0, atol=ROUNDING)  # the axis of roll stays
+
+
+# sway: sway: angles, heave and their rates.
+SWAY = Sway(np.array([0.2, 0.1, 0.05, 0.6]), np.array([6.0, 5.0, 9.0, 4.0]), np.array([0.4, -1.0, 2.0, 0.7]))
+TIME = np.linspace(0.0, 30.0, 61)
+STEP = 1e-5  # s; a central difference over it errs by some 1e-10
+
+
+def along(law: Sway, time: Floats) -> SwayState:
+    return Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), sway=law).sway_state(time)
+
+
+def test_each_motion_is_a_sine_of_its_period_and_phase() -> None:
+    expected = SWAY.amplitude * np.sin(2 * np.pi * TIME[:, None] / SWAY.period + SWAY.phase)
+    np.testing.assert_allclose(along(SWAY, TIME).values, expected, atol=1e-14)
+    assert SWAY.max_heave == 0.6 and SWAY.max_tilt == pytest.approx(0.3) and SWAY.tilts and SWAY.shortest_period == 4.0
+    assert not Sway(np.array([0.0, 0.0, 0.1, 1.0]), np.ones(4)).tilts
+
+
+def test_list_and_trim_are_added_to_roll_and_pitch() -> None:
+    leaning = replace(SWAY, lean=(0.03, -0.02))
+    added = along(leaning, TIME).values - along(SWAY, TIME).values
+    np.testing.assert_allclose(added, np.tile([0.03, -0.02, 0.0, 0.0], (len(TIME), 1)), atol=1e-15)
+    np.testing.assert_array_equal(along(leaning, TIME).rates, along(SWAY, TIME).rates)
+    np.testing.assert_allclose(leaning.max_values, [0.23, 0.12, 0.05, 0.6])
+    assert Sway(np.zeros(4), np.ones(4), lean=(0.1, 0.0)).tilts
+
+
+def test_rates_are_derivatives_and_have_their_maxima() -> None:
+    before, after = (along(SWAY, t).values for t in (TIME - STEP, TIME + STEP))
+    np.testing.assert_allclose(along(SWAY, TIME).rates, (after - before) / (2 * STEP), atol=1e-8)
+    every = along(SWAY, np.linspace(0, 200, 200001)).rates
+    np.testing.assert_allclose(np.abs(every).max(axis=0), SWAY.max_rates, rtol=1e-6)
+    motion = Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), sway=SWAY)
+    about = np.hypot(along(SWAY, TIME).rates, SWAY.max_rates / 2.0)
+    np.testing.assert_allclose(motion.sway_rates(TIME), about, rtol=1e-12)
+
+
+def test_the_rotation_changes_at_its_rate() -> None:
+    heading, turn_rate = 1.0 + 0.03 * TIME, np.full(len(TIME), 0.03)
+    state = along(SWAY, TIME)
+    np.testing.assert_array_equal(state.rotation(heading), map_from_deck(heading, *state.values.T[:2]))
+    ends = [along(SWAY, TIME + sign * STEP).rotation(heading + sign * STEP * 0.03) for sign in (-1, 1)]
+    rate = state.rotation_rate(heading, turn_rate)
+    np.testing.assert_allclose(rate, (ends[1] - ends[0]) / (2 * STEP), atol=1e-8)
+
+
+# motion: properties of a motion.
+def test_the_top_speed_is_that_along_the_arcs() -> None:
+    """A square whose corners' arcs meet is a circle: no leg is straight, and a chord of a quarter is 0.9 of its arc."""
+    corners = [{"position_m": list(p), "speed_kn": 15.6} for p in [(0, 200), (200, 200), (200, 0)]]
+    circle = point("t", 0, 0, waypoints=corners, turn_radius_m=100, loop=True)
+    made = scene([circle], radar={"pulse_s": 1e-3})
+    assert made.bodies[0].motion.top_speed == pytest.approx(15.6 * KNOT, rel=1e-12)  # rounding
+    assert any("Doppler" in warning for warning in made.warnings)  # from 15.48 kn on: lambda / (4 T)
+
+
+def test_the_course_of_a_body_at_rest_is_its_heading() -> None:
+    pose = Pose(np.zeros((2, 3)), np.array([[0.0, 0, 0], [0, -3.0, 0]]), np.array([1.0, 1.0]))
+    np.testing.assert_allclose(pose.course, [1.0, np.pi])
+    np.testing.assert_array_equal(pose.speed, [0.0, 3.0])
+
+
+def test_yaw_adds_to_the_heading_and_is_no_rest() -> None:
+    sway = Sway(np.array([0.0, 0.0, 0.1, 0.0]), np.array([1.0, 1.0, 8.0, 1.0]))
+    motion = Motion(np.zeros(1), np.zeros((1, 3)), np.array([1.0]), sway=sway)
+    np.testing.assert_allclose(motion.pose(np.array([0.0, 2.0, 6.0])).heading, [1.0, 1.1, 0.9])
+    assert not motion.at_rest and Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1)).at_rest
+
+
+def test_a_motion_is_even_where_a_straight_line_over_time_fits_it() -> None:
+    """One that starts at 5 s is so from then on; a sway never is; one at rest always."""
+    around, after = np.array([4.0, 6.0, 8.0]), np.array([5.0, 6.0, 8.0])
+    straight = Motion(np.array([5.0]), np.zeros((1, 3)), np.zeros(1), np.array([3.0, 4.0, 0.0]))
+    swaying = Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), sway=Sway(np.full(4, 0.1), np.full(4, 8.0)))
+    assert not straight.is_even(around) and straight.is_even(after)
+    assert not swaying.is_even(after) and Motion(np.full(1, 5.0), np.zeros((1, 3)), np.zeros(1)).is_even(around)
+
+
+def test_corners_lie_between_legs_and_laps() -> None:
+    """A loop of 10, 10 and 20 s; before the start a lap ends. At rest and on one leg there are none."""
+    knots = np.array([(0.0, 0, 0), (0, 10, 0), (10, 10, 0), (0, 0, 0)])
+    loop = Motion(np.array([0.0, 10.0, 20.0, 40.0]), knots, segment_headings(knots, None), period=40.0)
+    times = np.array([-1.0, 0.0, 5.0, 10.0, 15.0, 19.9, 20.1, 39.0, 40.0, 41.0, 55.0, 79.9, 80.0])
+    assert np.flatnonzero(loop.corners(times)).tolist() == [0, 2, 5, 7, 9, 10, 11]
+    once = replace(loop, period=None)
+    assert np.flatnonzero(once.corners(times)).tolist() == [0, 2, 5, 7]
+    straight = Motion(np.zeros(1), np.zeros((1, 3)), np.zeros(1), np.ones(3))
+    assert np.flatnonzero(straight.corners(times)).tolist() == [0]
+    assert not replace(straight, final_velocity=np.zeros(3)).corners(times).any()
+
+
+def test_corners_are_where_the_pose_jumps_to_the_last_digit() -> None:
+    """Laps of 0.1 s, which no time holds exactly: each jump of the heading has a corner, and no other step."""
+    knots = np.array([(0.0, 0, 0), (0, 1, 0), (0, 0, 0)])
+    loop = Motion(np.array([0.0, 0.05, 0.1]), knots, segment_headings(knots, None), period=0.1)
+    times = np.arange(4000) * 0.05 / 7.0 + 1e5
+    np.testing.assert_array_equal(loop.corners(times), np.diff(loop.pose(times).heading) != 0.0)
+
+
+# seaway: records of a seaway: waves travel at their phase velocity, and add up; wave heights and periods by sea state.
+G = 9.80665
+FREQUENCY = np.array([0.5, 0.9, 1.7])
+DIRECTION = np.array([[0.6, 0.8], [-1.0, 0.0], [0.28, -0.96]])
+WAVES = Waves(
+    np.array([1.0, 0.5, 0.2]), FREQUENCY, (FREQUENCY**2 / G)[:, None] * DIRECTION, FREQUENCY, np.array([0.1, 2.0, 4.0])
+)
+PLACE = np.array([[300.0, -800.0]])
+
+
+def test_a_crest_goes_on_at_its_phase_velocity() -> None:
+    """The sea is one for all places: what a wave has here, it has at c t farther on."""
+    time = np.array([50.0])
+    for n in range(3):
+        moved = PLACE + G / FREQUENCY[n] * time * DIRECTION[n]
+        here, there = WAVES.phases(PLACE, np.zeros(1))[0, n], WAVES.phases(moved, time)[0, n]
+        np.testing.assert_allclose(there, here, atol=1e-9)
+
+
+def test_the_elevation_is_the_sum_of_the_waves() -> None:
+    east, north, time = 300.0, -800.0, 123.4
+    k = FREQUENCY**2 / G
+    expected = sum(
+        a * np.cos(k[n] * (east * DIRECTION[n, 0] + north * DIRECTION[n, 1]) - FREQUENCY[n] * time + WAVES.phase[n])
+        for n, a in enumerate([1.0, 0.5, 0.2])
+    )
+    np.testing.assert_allclose(WAVES.elevation(PLACE, np.array([time])), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("state", "height", "wind"), [(1, 0.14, 3.16), (3, 1.04, 7.61), (5, 2.98, 11.45), (2.5, 0.72, 6.58)]
+)
+def test_one_table_of_sea_states_by_hand(state: float, height: float, wind: float) -> None:
+    """0.04 + 0.1 s^2.1 m, as the NRL report prints them: 0.14, 0.47, 1.04, 1.88, 2.98, 4.35; 3.16 s^0.8 m/s; and back."""
+    assert significant_wave_height(state) == pytest.approx(height, abs=5e-3)
+    assert wind_speed(state) == pytest.approx(wind, abs=5e-3)
+    assert sea_state_of(significant_wave_height(state)) == pytest.approx(state, rel=1e-12)
+
+
+def test_sea_states_beyond_the_table_are_refused() -> None:
+    for state in (-0.1, 9.1):
+        with pytest.raises(ValueError, match=f"sea_state: {state} is not allowed; 0 to 9"):
+            significant_wave_height(state)
+    assert significant_wave_height(0) == 0.0
+    with pytest.raises(ValueError, match="sea_state: 0 has no wind"):
+        wind_speed(0)
+
+
+# large_mesh: slices of large meshes, and whether these are closed, against the search by sorted edges.
+def test_a_small_mesh_is_judged_as_it_is_and_of_a_large_one_slices(monkeypatch: pytest.MonkeyPatch) -> None:
+    ball = sphere(10.0, 0.004)
+    assert mesh_sample(ball) is ball
+    monkeypatch.setattr(large_mesh, "MAX_JUDGED", 40 * SLICES)
+    part = mesh_sample(Mesh(ball.vertices * [1.0, 9.0, 1.0], ball.faces))
+    assert len(part.faces) == 40 * SLICES and len(part.vertices) < 2 * len(part.faces)
+    first = np.sort(part.vertices[part.faces[:, 0], 1])
+    assert first[0] < -85.0 and first[-1] > 85.0
+    assert (np.diff(first) > 0.5).sum() >= SLICES - 1  # gaps between the slices
+    assert {tuple(row) for row in part.vertices} <= {tuple(row) for row in ball.vertices * [1.0, 9.0, 1.0]}
+
+
+@pytest.mark.parametrize("welded", [True, False])
+def test_a_closed_mesh_is_found_without_a_sort(welded: bool) -> None:
+    """As it is, turned inside out, with a hole, with one triangle wound the other way; corners shared or not."""
+    ball = sphere(3.0)
+    flipped = ball.faces.copy()
+    flipped[7] = flipped[7, ::-1]
+    for faces, expected in ((ball.faces, 1), (ball.faces[:, ::-1], -1), (ball.faces[1:], 0), (flipped, 0)):
+        mesh = Mesh(ball.vertices, faces)
+        if not welded:
+            mesh = Mesh(ball.vertices[faces].reshape(-1, 3), np.arange(faces.size).reshape(-1, 3))
+        assert outward_winding(mesh) == expected
+        assert set(outward_side(mesh).tolist()) == {expected}
+
+
+def test_equal_rows_have_equal_marks() -> None:
+    rows = np.random.default_rng(1).integers(-9, 9, (5000, 3)) / 8.0
+    rows[::7] *= -1.0  # some zeros are negative
+    marks = row_marks(rows)
+    number = np.unique(rows + 0.0, axis=0, return_inverse=True)[1].ravel()
+    assert len(np.unique(marks)) == number.max() + 1 == len(np.unique(np.stack([marks, number.astype(np.uint64)]), axis=1).T)

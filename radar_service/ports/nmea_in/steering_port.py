@@ -1,4 +1,9 @@
-"""The port of NMEA in: sentences of another simulator become poses of own ship, one command at a time."""
+"""The port of NMEA in: sentences of another simulator become poses of own ship, one command at a time.
+
+The helm: the first sender holds it until that is silent.
+
+The helm: the first sender holds it until that is silent.
+"""
 
 import asyncio
 import contextlib
@@ -7,15 +12,14 @@ import math
 import selectors
 import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Mapping, Sequence
 from concurrent.futures import Future
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from radar_service.ports.nmea_in.helm import SILENCE, Helm, HelmOrder
 from radar_service.ports.nmea_in.receivers import Receiver
-from radar_service.ports.nmea_in.sentence_reader import SentenceIgnoredError, read
+from radar_service.ports.nmea_in.sentence_reader import Reading, SentenceIgnoredError, read
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import described
 from radar_service.ports.udp.udp_port import station_of
@@ -30,6 +34,8 @@ from radar_service.world.commands import Command, CommandError
 from radar_service.world.geo import map_bearing, map_from_geographic
 from radar_service.world.outline import SceneOutline
 
+SILENCE = 3.0  # s after which another sender may steer, and clocks may have been set back
+DAY = 86_400.0  # s
 LOOK = 0.1  # s between two looks at whether the port ends
 ANSWER = 0.01  # s between two looks at whether the last command was carried out
 POSES = 20.0  # a second at most: each costs a block that is computed anew, and a world takes a million
@@ -38,6 +44,43 @@ BY, OPTION = "nmea", "--nmea-of"
 ANGLES = ("heading_deg", "course_deg")
 JUMP, FASTEST = 100.0, 50.0  # m and m/s: from so far on, and faster than that, own ship jumps
 FRESH = 1.0  # s: how old a position may be at which true north is taken
+
+
+class HelmOrder(NamedTuple):
+    """motion: heading, course and speed of all sentences so far, by the keys of a command; position: of the newest one alone,
+    latitude and longitude [degrees, WGS 84], or None."""
+
+    motion: dict[str, float]
+    position: tuple[float, float] | None
+
+
+class Helm:
+    """holder: the sender that steers, or was the last one to do so."""
+
+    def __init__(self) -> None:
+        self.holder: Hashable = None
+        self._heard = -math.inf  # when the holder was followed
+        self._motion: dict[str, float] = {}
+        self._clock = (0.0, -math.inf)  # of the newest sentence with a time, and when it came
+
+    def hear(self, sender: Hashable, reading: Reading, now: float) -> HelmOrder:
+        """Returns what a sentence orders that arrives now [s]. Raises SentenceIgnoredError: holder, past."""
+        if now - self._heard >= SILENCE:
+            self.holder, self._motion, self._clock = sender, {}, (0.0, -math.inf)
+        elif sender != self.holder:
+            raise SentenceIgnoredError("holder")
+        if reading.clock is not None:
+            self._follow_clock(reading.clock, now)
+        self._heard = now
+        self._motion = self._motion | reading.motion
+        return HelmOrder(self._motion, reading.position)
+
+    def _follow_clock(self, clock: float, now: float) -> None:
+        """Notes the time of a sentence; one that is up to half a day earlier than another one shortly before is of the past."""
+        before, came = self._clock
+        if now - came < SILENCE and 0.0 < (before - clock) % DAY < DAY / 2:
+            raise SentenceIgnoredError("past")
+        self._clock = clock, now
 
 
 class NmeaSteering:

@@ -17,7 +17,6 @@ from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.skylines import Outlook
-from radar_service.scattering.physical_optics.triangle_cuts import above_water, cut
 from radar_service.trace.box_tree import Boxes
 from radar_service.trace.triangle_clusters import TriangleClusters, box_corners
 from radar_service.world.poses import MAP_POSE, BodyPose
@@ -30,6 +29,7 @@ CELL = 4.0  # m: ground is looked for once for all bodies and antennas in a cell
 BENT = 0.01  # m by which the planes of a hull may bend in a picture, over a body of 500 m
 
 Posed = Sequence[tuple[TriangleClusters, BodyPose]]
+AT_LEVEL = 1e-6  # m: what is nearer to the level lies on it, however a rotated body is rounded
 
 
 class CastShadows:
@@ -213,3 +213,42 @@ class Onlooker(NamedTuple):
         sizes = (len(points), points.shape[1], len(own))
         KERNELS.stand_before(*sizes, *taken, leg.earth_radius, moved, windows, stand)
         return stand
+
+
+def above_water(corners: Floats, level: float) -> tuple[Floats, Indices]:
+    """The parts of triangles (M, 3, 3) that rise above `level` [m], and the triangle that each comes from (N,).
+
+    Triangles that lie above as a whole come first, as they are. Others are cut exactly along the level.
+    """
+    height = corners[:, :, 2] - level
+    height[np.abs(height) < AT_LEVEL] = 0.0
+    if not (height < 0.0).any():
+        return corners, np.arange(len(corners))
+    return cut(corners, height)[0]
+
+
+def cut(corners: Floats, value: Floats) -> tuple[tuple[Floats, Indices], tuple[Floats, Indices]]:
+    """The parts of triangles (M, 3, D) where a value is not negative, and those where it is, each with the triangle that it
+    comes from (N,).
+
+    value: (M, 3) at the corners; columns of `corners` are interpolated along the edges. Triangles that lie on one side as a
+    whole come first, as they are.
+    """
+    below = value < 0.0
+    count = below.sum(axis=1)
+    uncut, stumps, tips, none = (np.flatnonzero(count == number) for number in range(4))
+    tip, *rest = _divided(corners[tips], value[tips], ~below[tips])
+    fall, *stay = _divided(corners[stumps], value[stumps], below[stumps])
+    kept = np.concatenate([corners[uncut], tip, *stay]), np.concatenate([uncut, tips, stumps, stumps])
+    lost = np.concatenate([corners[none], fall, *rest]), np.concatenate([none, stumps, tips, tips])
+    return kept, lost
+
+
+def _divided(corners: Floats, value: Floats, single: Flags) -> tuple[Floats, Floats, Floats]:
+    """Triangles (K, 3, D) whose corner `single` (K, 3) lies alone on its side: the triangle at that corner, and two that make
+    up the rest."""
+    turn = (single.argmax(axis=1)[:, None] + np.arange(3)) % 3
+    a, b, c = np.take_along_axis(corners, turn[:, :, None], axis=1).transpose(1, 0, 2)
+    at_a, at_b, at_c = np.take_along_axis(value, turn, axis=1).T
+    ab, ac = (a + (at_a / (at_a - end))[:, None] * (to - a) for end, to in ((at_b, b), (at_c, c)))
+    return np.stack([a, ab, ac], axis=1), np.stack([ab, b, c], axis=1), np.stack([ab, c, ac], axis=1)

@@ -1,18 +1,123 @@
-"""Beacons as an effect: their keys, what `check` says of them, and warnings of those that no radar of a scene triggers."""
+"""Beacons as an effect: their keys, their records in SI units, what `check` says of them, and warnings of idle ones."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import Field
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.radar.parameters import Radar
-from radar_service.stages.beacons.beacon import DOT_SPACING, SART_CYCLES, Beacon, BeaconTruth, Racon, Sart
-from radar_service.stages.beacons.keys import RaconModel, SartModel, beacon_from_models
+from radar_service.stages.beacons.beacon import (
+    DOT_SPACING,
+    S_BAND,
+    SART_CYCLES,
+    X_BAND,
+    Beacon,
+    BeaconTruth,
+    Racon,
+    Sart,
+    morse_dots,
+)
 from radar_service.stages.effect import Effect, Source
+from radar_service.stages.fields import Number, Section, record_of
 from radar_service.world.body import Body, Mesh
 from radar_service.world.platform import Installation
+
+Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
+Part = Annotated[float, Field(strict=True, ge=-1000, le=1000)]  # m
+BANDS = {"x": (X_BAND,), "s": (S_BAND,), "both": (X_BAND, S_BAND)}
+ABOVE = 0.5  # m of an antenna above the highest point of its body
+MAX_ANSWER = 200e-6  # s, of a racon
+
+
+class BeaconSection(Section):
+    """The keys that racons and SARTs share."""
+
+    offset_m: tuple[Part, Part, Part] | None = Field(
+        None, description="starboard, forward, up of its antenna from the body's origin; default: above its highest point"
+    )
+    sensitivity_dbm: Number = Field(
+        -50.0, ge=-120, le=60, description="least power of a pulse that triggers it, at an isotropic antenna"
+    )
+    max_pulse_s: Number | None = Field(
+        None, gt=0, le=1, description="longest pulse that triggers it; default: power alone decides"
+    )
+
+
+class RaconModel(BeaconSection):
+    """A racon, which answers radars by a letter in Morse code behind its echo (ITU-R M.824)."""
+
+    letter: Annotated[str, Field(strict=True, pattern=r"^[A-Z]{1,3}$")] = Field(
+        description="its Morse code, one to three letters; a dash is three dots"
+    )
+    band: Literal["x", "s", "both"] = Field("both", description="9.3 to 9.5 GHz, 2.9 to 3.1 GHz")
+    mode: Literal["agile", "sweep"] = Field("agile", description="on the radar's own carrier, or sweeping through the band")
+    sweep_s: Number = Field(72.0, ge=1, le=3600, description='time of a sweep through the band, of mode "sweep"')
+    tuning_error_hz: Number = Field(0.0, ge=-50e6, le=50e6, description='of its carrier from the radar\'s, of mode "agile"')
+    mark_m: Number = Field(
+        3704.0, ge=10, le=30_000, description="length of its answer in range; 2 NM: a fifth of the 10 NM that it serves"
+    )
+    dot_s: Number | None = Field(None, ge=1e-8, le=1e-4, description="length of a dot; default: by `mark_m`")
+    delay_s: Number = Field(0.5e-6, ge=0, le=1e-4, description="from the leading edge of a pulse to the answer")
+    power_dbm: Number = Field(30.0, ge=-60, le=90, description="equivalent isotropic radiated power")
+    on_s: Annotated[float, Field(strict=True, gt=0, le=86_400)] = Field(
+        20.0, description="answers so long, by turns with `off_s`"
+    )
+    off_s: Annotated[float, Field(strict=True, ge=0, le=86_400)] = Field(0.0, description="silent so long; 0: never")
+
+    def problems(self) -> Iterator[str]:
+        if self.dot_s is not None and "mark_m" in self.model_fields_set:
+            yield "dot_s: mark_m defines it too; remove one of the two"
+        if self.dot_s is not None and self.dot_s * morse_dots(self.letter) > MAX_ANSWER:
+            most = MAX_ANSWER / morse_dots(self.letter)
+            yield f"dot_s: {self.dot_s:g} makes an answer longer than {MAX_ANSWER * 1e6:g} us; give at most {most:.2g}"
+        for key, mode in (("sweep_s", "sweep"), ("tuning_error_hz", "agile")):
+            if key in self.model_fields_set and self.mode != mode:
+                yield f'{key}: this key is of mode = "{mode}"; give that mode or remove {key}'
+        if "on_s" in self.model_fields_set and self.off_s == 0.0:
+            yield "on_s: it is never silent; add off_s above 0 or remove on_s"
+
+
+class SartModel(BeaconSection):
+    """A search and rescue radar transponder: 12 cycles of sweeps over 9.2 to 9.5 GHz (ITU-R M.628)."""
+
+    start_s: Instant = Field(0.0, description="when it is switched on")
+    end_s: Instant | None = Field(None, description="when it is switched off; default: never")
+    delay_s: Number = Field(0.5e-6, ge=0, le=1e-4, description="from the leading edge of a pulse to the answer")
+    power_dbm: Number = Field(26.0, ge=-60, le=90, description="equivalent isotropic radiated power")
+
+    def problems(self) -> Iterator[str]:
+        if self.end_s is not None and self.end_s <= self.start_s:
+            yield f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them"
+
+
+def beacon_from_models(racon: RaconModel | None, sart: SartModel | None, mesh: Mesh | None) -> Beacon | None:
+    """Returns the beacon of a body, None where it has none. mesh: of the body."""
+    if racon is not None:
+        return _racon(racon, mesh)
+    return None if sart is None else record_of(Sart, sart, offset=_offset(sart, mesh))
+
+
+def _racon(model: RaconModel, mesh: Mesh | None) -> Racon:
+    dot = model.dot_s
+    if dot is None:
+        dot = 2.0 * model.mark_m / SPEED_OF_LIGHT / morse_dots(model.letter)
+    sweep = model.sweep_s if model.mode == "sweep" else None
+    offset, bands = _offset(model, mesh), BANDS[model.band]
+    return record_of(Racon, model, offset=offset, letters=model.letter, dot=dot, bands=bands, sweep=sweep)
+
+
+def _offset(model: BeaconSection, mesh: Mesh | None) -> tuple[float, float, float]:
+    """Where the antenna is in the body's frame [m]; by default above the highest point of its mesh, or at a point."""
+    if model.offset_m is not None:
+        return model.offset_m
+    if mesh is None:
+        return 0.0, 0.0, 0.0
+    vertices = mesh.used_vertices
+    east, north, up = vertices[vertices[:, 2].argmax()].tolist()
+    return east, north, up + ABOVE
+
 
 if TYPE_CHECKING:
     from radar_service.world.scene import Scene

@@ -61,6 +61,9 @@ def test_a_target_inside_the_zone_needs_a_track_within_a_minute() -> None:
             return how if how == "manual" else None
 
     found = acquisition_scores(judged([*answered(blind, Waits())]))
+    farther = {0: {"zone": (2000.7, 3500.0, 315.0, 45.0)}, 4: {"acquire": "chosen"}}  # `inside` lacks 0.5 m at first
+    later = [ScanResult(r.given, (), r.truths, orders=r.orders) for r in scans(40, farther)]
+    assert acquisition_scores(judged([*answered(later, Waits())])) == {"acquisition_errors": 1.0}
     assert found == {"acquisition_errors": 2.0} and errors(scans(24, {0: ORDERS[0]})) == 0.0
 
 

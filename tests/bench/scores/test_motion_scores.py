@@ -92,7 +92,8 @@ def turning(error_deg: float, scans: int = 100) -> list[ScanResult]:
 
 def test_the_course_is_judged_two_minutes_after_a_turn() -> None:
     assert motion(turning(4.0))["course_after_turn_deg"] == pytest.approx(4.0)
-    assert "course_after_turn_deg" not in motion(turning(4.0, 80))  # 90 s + 120 s are 84 scans
+    assert motion(turning(4.0, 85))["course_after_turn_deg"] == pytest.approx(4.0)  # its last scan is 90 s + 120 s
+    assert "course_after_turn_deg" not in motion(turning(4.0, 84))
     assert "course_after_turn_deg" not in motion(results(scans=90))
 
 
@@ -207,4 +208,6 @@ def test_trend_and_vector_are_counted_from_the_acquisition() -> None:
     errors = motion([*lame[:40], *run[40:]])
     assert errors["trend_s"] == errors["vector_s"] == 2.5 * (40 - 4)
     assert motion(lame)["trend_s"] is None  # never
-    assert "vector_s" not in motion(run[:50])  # too short for three minutes
+    assert "vector_s" in motion(run[:73]) and "vector_s" not in motion(run[:72])  # too short for three minutes
+    quick = [replace(one, truths=(replace(one.truths[0], time=0.9 * k),)) for k, one in enumerate(turning(0.0))]
+    assert "trend_s" not in motion(quick)  # 67 scans a minute show a turn too

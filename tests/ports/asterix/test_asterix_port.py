@@ -40,6 +40,7 @@ def test_a_reader_gets_all_spokes_and_a_summary_each_scan() -> None:
 
 
 def test_replay_has_its_options() -> None:
+    assert parser("replay").parse_args(["replay", "a.mcap"]).asterix_sac == 0
     for package in (VIDEO, PLOTS):
         assert package.opened(parser("serve").parse_args(["serve"])) is None
         allowed = f"--{package.name} 127.0.0.1:8600 --asterix-bits 16 --asterix-datagram 65507 --asterix-sac 9"

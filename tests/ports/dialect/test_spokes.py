@@ -8,8 +8,8 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
+from radar_service.ports.dialect.announcements import BowSpokes, Samples, true_headings
 from radar_service.ports.dialect.dialect import Dialect, Spoke
-from radar_service.ports.dialect.spokes import BowSpokes, Samples, true_headings
 from radar_service.ports.garmin_xhd.datagrams import XHD
 from radar_service.ports.navico_halo.datagrams import HALO
 from radar_service.service.spokes import SpokeBatch

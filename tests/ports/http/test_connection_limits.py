@@ -6,7 +6,7 @@ import pytest
 from websockets.asyncio.client import connect
 
 from radar_service import wire
-from radar_service.ports.http import connection_limits
+from radar_service.ports.http import server
 from tests.ports.http.loopback import GET, UPGRADE, Address, radar, works
 from tests.ports.serving import answer, dialled
 
@@ -41,7 +41,7 @@ def test_one_address_cannot_take_all_connections(monkeypatch: pytest.MonkeyPatch
     with radar(per_address=2) as address:
         many = [dialled(address) for _ in range(6)]  # of this machine: as many as it likes
         assert works(address)
-        monkeypatch.setattr(connection_limits, "is_loopback", lambda host: False)
+        monkeypatch.setattr(server, "is_loopback", lambda host: False)
         with dialled(address) as one_too_many:
             assert b"this address has all" in answer(one_too_many)
         for connection in many:

@@ -10,8 +10,7 @@ import uvicorn
 from websockets.protocol import State
 from websockets.server import ServerProtocol
 
-from radar_service.ports.http.connection_limits import LimitedProtocol
-from radar_service.ports.http.server import Server
+from radar_service.ports.http.server import LimitedProtocol, Server
 from radar_service.ports.http.websocket import OPEN, FramedWebSocket
 
 PYPROJECT = Path(__file__).parents[3] / "pyproject.toml"

@@ -2,8 +2,8 @@
 
 import pytest
 
-from radar_service.ports.nmea_in.helm import SILENCE, Helm
 from radar_service.ports.nmea_in.sentence_reader import Reading, SentenceIgnoredError
+from radar_service.ports.nmea_in.steering_port import SILENCE, Helm
 
 HEADING = Reading(heading_deg=30.0)
 

@@ -188,7 +188,7 @@ async def steered_by(server: Server, who: str) -> bool:
 
 async def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     """Rubbish, floods and silence of others do not keep the one who steers from steering."""
-    monkeypatch.setattr("radar_service.ports.nmea_in.helm.SILENCE", 1e9)  # however slow the machine is
+    monkeypatch.setattr("radar_service.ports.nmea_in.steering_port.SILENCE", 1e9)  # however slow the machine is
     counts: dict[str, float] = {}
 
     async def read_all(server: Server) -> bool:

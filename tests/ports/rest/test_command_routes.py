@@ -52,29 +52,27 @@ async def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
         assert [m["first"] for m in await feed.spokes(5)][0] == 7  # none is lost, none comes twice
 
 
-@pytest.mark.parametrize(
-    ("path", "body", "status", "words"),
-    [
-        (OWN.replace("0", "7"), {"speed_kn": 1}, 404, 'there is no "7"'),
-        ("/api/radars/0/bodies/boy", {"speed_kn": 1}, 404, 'the scene has no "boy"; bodies that may be steered: "buoy"'),
-        (ROCK, {"speed_kn": 1}, 409, 'body "the rock/1" is not steerable in this scene; add steerable'),
-        (BUOY, {"speed_kn": 20.5}, 422, "speed_kn: 20.5 is not allowed; 0 to 20"),
-        (BUOY, {"turn_rate_deg_s": -5.5}, 422, "turn_rate_deg_s: -5.5 is not allowed; -5 to 5"),
-        (BUOY, {"course_deg": 400}, 422, "course_deg: 400"),
-        (BUOY, {"position_m": [1]}, 422, "position_m"),
-        (BUOY, {}, 422, "a command without a value: give at least one of"),
-        (BUOY, {"rudder": 3}, 422, "rudder"),
-        (OWN, {"present": False}, 422, "own ship is always present"),
-    ],
-)
-async def test_refusals_say_why_and_change_nothing(path: str, body: dict[str, Any], status: int, words: str) -> None:
+REFUSED: list[tuple[str, dict[str, Any], int, str]] = [
+    (OWN.replace("0", "7"), {"speed_kn": 1}, 404, 'there is no "7"'),
+    ("/api/radars/0/bodies/boy", {"speed_kn": 1}, 404, 'the scene has no "boy"; bodies that may be steered: "buoy"'),
+    (ROCK, {"speed_kn": 1}, 409, 'body "the rock/1" is not steerable in this scene; add steerable'),
+    (BUOY, {"speed_kn": 20.5}, 422, "speed_kn: 20.5 is not allowed; 0 to 20"),
+    (BUOY, {"turn_rate_deg_s": -5.5}, 422, "turn_rate_deg_s: -5.5 is not allowed; -5 to 5"),
+    (BUOY, {"course_deg": 400}, 422, "course_deg: 400"), (BUOY, {"position_m": [1]}, 422, "position_m"),
+    (BUOY, {}, 422, "a command without a value: give at least one of"), (BUOY, {"rudder": 3}, 422, "rudder"),
+    (OWN, {"present": False}, 422, "own ship is always present"),
+]  # fmt: skip
+
+
+async def test_refusals_say_why_and_change_nothing() -> None:
     async with playing(station()) as server:
-        answer = await server.http.patch(path, json=body)
-        assert answer.status_code == status and words in answer.json()["detail"][0]
-        if status in (404, 409):
-            assert (await server.http.get(path)).status_code == status
-        else:
-            assert (await server.http.get(path)).json()["latest"] is None
+        for path, body, status, words in REFUSED:
+            answer = await server.http.patch(path, json=body)
+            assert answer.status_code == status and words in answer.json()["detail"][0], answer.text
+            if status in (404, 409):
+                assert (await server.http.get(path)).status_code == status
+            else:
+                assert (await server.http.get(path)).json()["latest"] is None
         health = (await server.http.get("/api/health")).json()
         assert health["radars"][0]["fault"] is None
 

@@ -10,13 +10,12 @@ from pathlib import Path
 
 import pytest
 
-from radar_service.ports.rest.owned_folder import OwnedFolder
-from radar_service.ports.rest.scene_store import SceneStore
+from radar_service.ports.rest.scene_store import OwnedFolder, SceneStore
 
 PREFIX = "owned-"
 OWNER = f"""
 import sys
-from radar_service.ports.rest.owned_folder import OwnedFolder
+from radar_service.ports.rest.scene_store import OwnedFolder
 folder = OwnedFolder({PREFIX!r})
 (folder.path / "upload").write_text("some")
 print(folder.path, flush=True)

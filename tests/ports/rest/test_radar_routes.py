@@ -20,6 +20,9 @@ from tests.ports.asgi import Server
 from tests.ports.playing import playing, station
 from tests.service.fake import AZIMUTHS, BINS, RADAR, FakeEngine, factory, scene
 
+ERRORS, CONTROLS = "/api/radars/0/errors", "/api/radars/0/controls"
+JSON = {"content-type": "application/json"}
+
 
 async def test_radars_are_listed_and_described() -> None:
     async with playing() as server:
@@ -30,11 +33,11 @@ async def test_radars_are_listed_and_described() -> None:
         assert one["scene"]["name"] == "test scene" and one["encodings"] == ["u8", "u8-log", "f16", "f32", "c64"]
 
 
-@pytest.mark.parametrize("path", ["", "/controls", "/truth", "/ppi.png"])
-async def test_an_unknown_radar_is_not_found(path: str) -> None:
+async def test_an_unknown_radar_is_not_found() -> None:
     async with playing() as server:
-        answer = await server.http.get(f"/api/radars/7{path}")
-        assert answer.status_code == 404 and answer.json() == {"detail": ['radar: there is no "7"; there are 0']}
+        for path in ("", "/controls", "/truth", "/ppi.png"):
+            answer = await server.http.get(f"/api/radars/7{path}")
+            assert answer.status_code == 404 and answer.json() == {"detail": ['radar: there is no "7"; there are 0']}
 
 
 async def test_controls_change_one_by_one() -> None:
@@ -59,31 +62,19 @@ async def test_controls_change_one_by_one() -> None:
             assert answer.json() == expected | {"pace": pace}
 
 
-@pytest.mark.parametrize(
-    ("change", "key"),
-    [
-        ('{"gain": 140}', "gain: 140;"),
-        ('{"gain": NaN}', "gain"),
-        ('{"sea": "much"}', "sea: 'much';"),
-        ('{"range_m": 5000}', "range_m: 5000; this radar allows 10 to 200 m"),
-        ('{"range_m": -1}', "range_m"),
-        ('{"rpm": 0}', "rpm"),
-        ('{"pace": {"factor": 0}}', "pace.factor"),
-        ('{"pace": {"factor": Infinity}}', "pace.factor"),
-        ('{"pace": {"state": "hop"}}', "pace.state"),
-        ('{"pace": {"state": "step", "steps": 0}}', "pace.steps"),
-        ('{"colour": "red"}', "colour"),
-        ("[1]", "body"),
-    ],
-)
-async def test_bad_controls_are_refused_with_the_key(change: str, key: str) -> None:
+async def test_bad_controls_are_refused_with_the_key() -> None:
     async with playing() as server:
-        before = (await server.http.get("/api/radars/0/controls")).json()
-        answer = await server.http.patch(
-            "/api/radars/0/controls", content=change, headers={"content-type": "application/json"}
-        )
-        assert answer.status_code == 422 and any(line.startswith(key) for line in answer.json()["detail"]), answer.text
-        assert (await server.http.get("/api/radars/0/controls")).json() == before
+        before = (await server.http.get(CONTROLS)).json()
+        for change, key in (
+            ('{"gain": 140}', "gain: 140;"), ('{"gain": NaN}', "gain"), ('{"sea": "much"}', "sea: 'much';"),
+            ('{"range_m": 5000}', "range_m: 5000; this radar allows 10 to 200 m"), ('{"range_m": -1}', "range_m"),
+            ('{"rpm": 0}', "rpm"), ('{"pace": {"factor": 0}}', "pace.factor"), ('{"pace": {"factor": Infinity}}', "pace.factor"),
+            ('{"pace": {"state": "hop"}}', "pace.state"), ('{"pace": {"state": "step", "steps": 0}}', "pace.steps"),
+            ('{"colour": "red"}', "colour"), ("[1]", "body"),
+        ):  # fmt: skip
+            answer = await server.http.patch(CONTROLS, content=change, headers=JSON)
+            assert answer.status_code == 422 and any(line.startswith(key) for line in answer.json()["detail"]), answer.text
+        assert (await server.http.get(CONTROLS)).json() == before
 
 
 @pytest.mark.parametrize(
@@ -117,23 +108,21 @@ async def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
             load_scene({"radar": {"azimuths": AZIMUTHS, "coarse_azimuths": True, "rpm": rpm} | radar})
 
 
-@pytest.mark.parametrize(
-    ("requested", "status", "line"),
-    [
-        ({"scene": "no such scene"}, 404, 'scene: there is no "no such scene"'),
-        ({"scene": "../../etc/passwd"}, 404, "scene: there is no"),
-        ({"scene": {"radar": {"azimuths": 10**9}}}, 422, "radar.azimuths"),
-        ({"scene": {"body": [{"name": "a", "mesh": "/etc/passwd"}]}}, 422, "body[0].mesh"),
-        ({"scene": 3}, 422, "scene"),
-        ({}, 422, "scene"),
-    ],
-)
-async def test_a_bad_scene_is_refused_and_the_feed_goes_on(requested: dict[str, Any], status: int, line: str) -> None:
+BAD_SCENES: list[tuple[dict[str, Any], int, str]] = [
+    ({"scene": "no such scene"}, 404, 'scene: there is no "no such scene"'), ({}, 422, "scene"), ({"scene": 3}, 422, "scene"),
+    ({"scene": "../../etc/passwd"}, 404, "scene: there is no"),
+    ({"scene": {"radar": {"azimuths": 10**9}}}, 422, "radar.azimuths"),
+    ({"scene": {"body": [{"name": "a", "mesh": "/etc/passwd"}]}}, 422, "body[0].mesh"),
+]  # fmt: skip
+
+
+async def test_a_bad_scene_is_refused_and_the_feed_goes_on() -> None:
     async with playing() as server:
         feed = await server.feed()
         epoch = (await feed.until("hello"))["epoch"]
-        answer = await server.http.put("/api/radars/0/scene", json=requested)
-        assert answer.status_code == status and answer.json()["detail"][0].startswith(line), answer.text
+        for requested, status, line in BAD_SCENES:
+            answer = await server.http.put("/api/radars/0/scene", json=requested)
+            assert answer.status_code == status and answer.json()["detail"][0].startswith(line), answer.text
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
 
@@ -166,7 +155,6 @@ async def test_the_picture_shows_the_azimuths_received_so_far() -> None:
         assert (await server.http.get("/api/radars/0/ppi.png?range_m=nan")).status_code == 422
 
 
-ERRORS, CONTROLS = "/api/radars/0/errors", "/api/radars/0/controls"
 NONE: dict[str, Any] = dict.fromkeys(("gyro", "log", "position", "antenna", "feed"))
 
 
@@ -192,25 +180,19 @@ async def test_errors_are_told_changed_and_switched_off() -> None:
         assert (await server.http.delete(ERRORS)).json() == NONE
 
 
-@pytest.mark.parametrize(
-    ("body", "status", "line"),
-    [
-        ('{"gyro": {"bias_deg": 181}}', 422, "gyro.bias_deg: 181; Input should be less than or equal to 180"),
-        ('{"gyroscope": {}}', 422, "gyroscope: {}; Extra inputs are not permitted"),
-        ('{"feed": {"heading_lost_s": [[2, 1]]}}', 422, "heading_lost_s[0]: 1 s is not after 2 s"),
-        ('{"profile": "imo"}', 422, "profile: 'imo'; Input should be 'imo-a823'"),
-        ("[]", 422, "body"),
-        ("null", 422, "body"),
-        ("", 422, "body"),
-        ("{", 422, "JSON"),
-    ],
-)
-async def test_bad_bodies_are_refused_and_change_nothing(body: str, status: int, line: str) -> None:
+async def test_bad_bodies_are_refused_and_change_nothing() -> None:
     async with playing(station(allow_truth=True)) as server:
-        await server.http.patch(ERRORS, json={"log": {"bias_kn": 2}})
-        answer = await server.http.patch(ERRORS, content=body, headers={"content-type": "application/json"})
-        assert answer.status_code in (status, 400) and line in " ".join(answer.json()["detail"]), answer.text
-        assert (await server.http.get(ERRORS)).json()["log"]["bias_kn"] == 2
+        before = (await server.http.patch(ERRORS, json={"log": {"bias_kn": 2}})).json()
+        for body, line in (
+            ('{"gyro": {"bias_deg": 181}}', "gyro.bias_deg: 181; Input should be less than or equal to 180"),
+            ('{"gyroscope": {}}', "gyroscope: {}; Extra inputs are not permitted"),
+            ('{"feed": {"heading_lost_s": [[2, 1]]}}', "heading_lost_s[0]: 1 s is not after 2 s"),
+            ('{"profile": "imo"}', "profile: 'imo'; Input should be 'imo-a823'"), ("[]", "body"), ("null", "body"),
+            ("", "body"), ("{", "JSON"),
+        ):  # fmt: skip
+            answer = await server.http.patch(ERRORS, content=body, headers=JSON)
+            assert answer.status_code in (422, 400) and line in " ".join(answer.json()["detail"]), answer.text
+        assert (await server.http.get(ERRORS)).json() == before
 
 
 async def test_only_who_may_command_changes_errors_and_only_of_radars_that_exist() -> None:

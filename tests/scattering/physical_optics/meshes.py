@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.world.poses import MAP_POSE
 
 Floats = NDArray[np.float64]

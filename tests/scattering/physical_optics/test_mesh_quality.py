@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.plan.run import body_run
+from radar_service.plan.body_errors import body_run
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.mesh_quality import (

@@ -14,8 +14,7 @@ from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.propagation.sea_surface import miller_brown, rms_wave_height
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.model import PhysicalOptics
-from radar_service.scattering.physical_optics.optical_body import optical_bodies
+from radar_service.scattering.physical_optics.model import PhysicalOptics, optical_bodies
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.poses import pose_at

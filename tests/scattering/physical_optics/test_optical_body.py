@@ -8,7 +8,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.world.poses import pose_at
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.meshes import (

@@ -12,7 +12,7 @@ from scipy.special import j0
 from radar_service.scattering.physical_optics import plane_echoes
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneEchoes, PlaneOptics, Wave

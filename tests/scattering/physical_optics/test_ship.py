@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics.optical_body import OpticalBody
+from radar_service.scattering.physical_optics.model import OpticalBody
 from tests.reference.make_ships import FOLDER, coaster, ferry, freighter, obj_text, tanker
 from tests.scattering.physical_optics.meshes import cross_section, decibels, loaded, optical
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.physical_optics import optical_body
-from radar_service.scene_file.checks.body_size import LONGEST, MAX_OPTICS_AREA, check_optics_area, metres, size_findings
+from radar_service.scattering.physical_optics import model
+from radar_service.scene_file.checks.mesh_findings import LONGEST, MAX_OPTICS_AREA, check_optics_area, metres, size_findings
 from radar_service.scene_file.model.body import MeshBodyModel, ShapeBodyModel
 from radar_service.world.error import SceneError
 from radar_service.world.shapes import box
@@ -66,7 +66,7 @@ def test_a_height_map_is_land_and_a_large_one_of_metal_is_refused(tmp_path: Path
 
 def test_a_mesh_in_millimetres_is_refused_before_it_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
     """At rest, under way, in a seaway, and as a platform; of shapes the keys of their sizes are named."""
-    monkeypatch.setattr(optical_body, "outward_side", lambda *_: pytest.fail("it is computed"))
+    monkeypatch.setattr(model, "outward_side", lambda *_: pytest.fail("it is computed"))
     ship = {"name": "coaster", "mesh": "coaster.obj", "scale": 1000, "position_m": [3000, 4000, 0]}
     for keys in ({}, {"speed_kn": 10}):
         with pytest.raises(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.checks.mesh_axes import axis_findings
+from radar_service.scene_file.checks.mesh_findings import axis_findings
 from radar_service.scene_file.model.body import MeshBodyModel
 from radar_service.world.poses import pose_at
 from radar_service.world.shapes import box

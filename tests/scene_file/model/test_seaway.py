@@ -19,6 +19,7 @@ HULL = {"name": "h", "shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 
         ({"seaway": {"height_m": 1, "period_s": 1}}, "environment.seaway.period_s"),
         ({"seaway": {"height_m": 1, "spread": 0.1}}, "environment.seaway.spread"),
         ({"seaway": {"height_m": 1, "seed": -1}}, "environment.seaway.seed"),
+        ({"seaway": {"height_m": 1, "seed": 2**32}}, "environment.seaway.seed"),
         ({"seaway": {"hight_m": 1}}, 'hight_m: this is not a known key; did you mean "height_m"'),
         ({"seaway": 3}, "environment.seaway"),
     ],

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import trimesh
 
-from radar_service.scene_file.readers.gltf_check import check_gltf
+from radar_service.scene_file.readers.glb import check_gltf
 from radar_service.world.error import SceneError
 from tests.scene_file.readers.mesh_files import chain, glb_with, refused
 

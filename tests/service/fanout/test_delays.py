@@ -2,7 +2,7 @@
 
 import pytest
 
-from radar_service.service.fanout.delays import FLOOR, WINDOW, DelayAccount
+from radar_service.service.fanout.hub import FLOOR, WINDOW, DelayAccount
 
 PERIOD = 0.01  # s
 

@@ -7,7 +7,15 @@ import pytest
 from radar_service import wire
 from radar_service.service.fanout import hub as hub_module
 from radar_service.service.fanout.client_queue import FULL, TOO_SLOW, ClientQueue
-from radar_service.service.fanout.hub import MAX_OWN_VIEWS, MAX_VIEWS, FeedRefused, Hub, own_views, view_to_give
+from radar_service.service.fanout.hub import (
+    MAX_OWN_VIEWS,
+    MAX_VIEWS,
+    ClientTotals,
+    FeedRefused,
+    Hub,
+    own_views,
+    view_to_give,
+)
 from radar_service.service.feed_request import View
 from tests.service.fanout.batches import U8, batch, everything, numbered, opened, produce, spokes
 
@@ -20,6 +28,7 @@ async def test_a_slow_client_loses_the_oldest_batches_and_receives_their_numbers
     got = await everything(client)
     assert numbered(got) == [("gap", 0, 28), ("spokes", 28, 4), ("spokes", 32, 4), ("spokes", 36, 4)]
     assert got[1]["reason"] == "this client is too slow" and client.lost == 28
+    assert ClientTotals(2, 3, 4).with_client(client) == ClientTotals(30, 4, 4 + client.bytes) and client.bytes > 0
 
 
 async def test_a_slow_client_does_not_hold_up_a_fast_one() -> None:

@@ -156,12 +156,13 @@ def test_another_scene_begins_at_once_and_at_time_0_on_all_radars(pace: Pace) ->
             assert radar.times[0] == 0.0
 
 
-def test_one_schedule_serves_all() -> None:
-    """A second radar's first spoke is due when its time is, not at once."""
-    now, clock = 10.0, GroupClock()
+def test_one_schedule_serves_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A second radar's first spoke is due when its time is, not at once. Each that is sent wakes the other radar."""
+    now, clock, woken = 10.0, GroupClock(), list[float]()
+    monkeypatch.setattr(clock.changed, "notify_all", lambda: woken.append(clock.front))
     one, other = (Pacer(Settings(), lambda: now, clock) for _ in range(2))
     assert one.delay(0.0, 0.0) == 0.0
     assert other.delay(0.2, 0.2) == pytest.approx(0.2)
     one.sent(0.0)
     other.sent(0.1)
-    assert clock.front == 0.1 and one.schedule is other.schedule
+    assert clock.front == 0.1 and woken == [0.0, 0.1] and one.schedule is other.schedule

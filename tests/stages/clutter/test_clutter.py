@@ -10,13 +10,32 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 import radar_service as rs
+from radar_service.engine.pipeline import contributions, tile_azimuths
+from radar_service.engine.preparation import prepare
+from radar_service.numerics.frames import effective_earth_radius
+from radar_service.numerics.result_cache import Revision
 from radar_service.plots.plot_report import kinds_of
 from radar_service.receive.compression import compression_for
+from radar_service.records.fidelity import PRESETS
 from radar_service.sources.numbers import source_names
+from radar_service.stages.clutter.azimuth_rows import (
+    BLOCK,
+    CHUNK,
+    AzimuthRowCache,
+    StaticAzimuthRows,
+    beam_weights,
+    weight_rows,
+)
+from radar_service.stages.clutter.clutter import prepare_clutter
 from radar_service.stages.clutter.effect import RAIN, SEA
+from radar_service.stages.clutter.rain import RAIN_HEIGHT, beam_height, reflectivity
 from radar_service.stages.clutter.resolution_cell import resolution_cell
 from radar_service.stages.clutter.sea import mean_sigma0, texture_shape, wind_factor
-from radar_service.stages.clutter.sea_clutter import sea_power
+from radar_service.stages.clutter.sea_clutter import Sea, sea_power
+from radar_service.stages.clutter.stage import ClutterStage
+from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.wave_drawing import drawn_waves
+from tests.alone import clutter_of
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 from tests.scenes import point, scene
 
@@ -344,3 +363,202 @@ def test_every_scene_names_sea_and_rain_as_sources_of_their_own() -> None:
         names = source_names(made := scene(environment=environment))
         assert (names[SEA], names[RAIN]) == (names[1], names[2]) == ("sea", "rain")
         assert kinds_of(made, [SEA, RAIN]) == {SEA: "clutter", RAIN: "clutter"}
+
+
+# rain: rain clutter's physics by hand.
+def test_reflectivity_by_hand() -> None:
+    """4 mm/h: Z = 200 x 4^1.6 = 1837.9 mm^6/m^3 = 32.64 dBZ; eta = pi^5 x 0.93 x 1.8379e-15 / 0.0318589^4 = 5.077e-7/m."""
+    assert reflectivity(4.0, 0.0318589) == pytest.approx(5.077e-7, rel=1e-3)  # four printed digits
+    assert reflectivity(16.0, 0.0318589) / reflectivity(4.0, 0.0318589) == pytest.approx(4**1.6, rel=1e-12)
+    assert reflectivity(0.0, 0.0318589) == 0.0
+    with pytest.raises(ValueError, match="rain_mm_h: -1 is not allowed"):
+        reflectivity(-1.0, 0.0318589)
+
+
+def test_a_beam_that_fits_into_the_rain_is_held_whole() -> None:
+    """Gaussian of 2 degrees looking 1.15 degrees up at 40 km, where rain reaches from 0.16 below to 4.0 degrees above the
+    horizontal: integral of G^2 = w sqrt(pi / (8 ln 2)); 1e-3 of it lies outside."""
+    width = np.deg2rad(0.5)
+    elevation = np.linspace(-0.5, 0.5, 20_001)
+    gain = np.exp(-4 * np.log(2) * ((elevation - np.deg2rad(1.5)) / width) ** 2)
+    held = beam_height(np.array([40_000.0]), 15.0, EARTH, elevation, gain)
+    assert held[0] == pytest.approx(width * np.sqrt(np.pi / (8 * np.log(2))), rel=1e-3)
+
+
+def test_rain_reaches_from_the_sea_to_its_height() -> None:
+    """With a gain of 1 everywhere it is the angle between the two; at 10 km on a flat earth asin(0.0015) + asin(0.2985); on
+    the bent one both are seen lower by R/(2 ae); past the horizon the sea's edge, sqrt(2 h / ae) down, is the floor."""
+    elevation = np.linspace(-np.pi / 2, np.pi / 2, 200_001)
+    gain = np.ones_like(elevation)
+    at = np.array([10_000.0, 30_000.0])
+    flat = beam_height(at, 15.0, np.inf, elevation, gain)
+    assert flat[0] == pytest.approx(np.arcsin(15 / 10_000) + np.arcsin((RAIN_HEIGHT - 15) / 10_000), abs=1e-8)
+    bent = beam_height(at, 15.0, EARTH, elevation, gain)
+    top = np.arcsin((RAIN_HEIGHT - 15) / 30_000 - 30_000 / (2 * EARTH))
+    assert bent[1] == pytest.approx(top + np.sqrt(2 * 15 / EARTH), abs=1e-8)
+    assert beam_height(np.array([400_000.0]), 15.0, EARTH, elevation, gain)[0] == 0.0  # all rain below the horizon
+
+
+def test_close_by_the_whole_sphere_is_rain() -> None:
+    """10 m from an antenna 15 m up nothing is sea and nothing above the rain: the angle is half a turn."""
+    elevation = np.linspace(-np.pi / 2, np.pi / 2, 2001)
+    assert beam_height(np.array([10.0]), 15.0, EARTH, elevation, np.ones_like(elevation))[0] == pytest.approx(
+        np.pi, abs=1e-9
+    )
+
+
+# stage: the stage of clutter: what it adds to tiles, by source, and its lines of the plan.
+RADAR = {"azimuths": 90, "beamwidth_deg": 8, "range_max_m": 2000}
+MAST = {"name": "mast", "bearing_deg": 20, "width_m": 1.0, "distance_m": 4}
+
+
+def powers(environment: dict[str, Any], **radar: Any) -> dict[int, float]:
+    """The power of all sources in the first tile [W]."""
+    prepared = prepare(scene(radar=RADAR | radar, environment=environment), PRESETS["fast"], 0)
+    fields = contributions(prepared, tile_azimuths(prepared, 0, 0)).added.fields
+    return {number: float(power.sum()) for field in fields for number, power in field.powers().items()}
+
+
+@pytest.mark.parametrize(
+    ("environment", "sources"),
+    [
+        ({}, set()),
+        ({"sea_state": 4}, {SEA}),
+        ({"rain_mm_h": 4.0}, {RAIN}),
+        ({"sea_state": 4, "rain_mm_h": 4.0}, {SEA, RAIN}),
+    ],
+)
+def test_sea_and_rain_are_each_their_own_source(environment: dict[str, Any], sources: set[int]) -> None:
+    open_air, behind = powers(environment), powers(environment, structure=[MAST])
+    assert {number for number, power in open_air.items() if power > 0.0} == sources
+    assert all(0.0 < behind[number] < 0.9 * open_air[number] for number in sources)
+
+
+def test_clutter_below_its_floor_adds_nothing() -> None:
+    made = scene(radar=RADAR | {"power_w": 1e-12}, environment={"noise": True, "sea_state": 1})
+    prepared = prepare(made, PRESETS["fast"], 0)
+    assert clutter_of(prepared) is None and not contributions(prepared, tile_azimuths(prepared, 0, 0)).added
+
+
+def test_the_specification_names_only_clutter_that_is_requested() -> None:
+    def lines(name: str, **environment: Any) -> dict[str, bool]:
+        made: rs.Scene = scene(environment=environment)
+        return {item.what: item.modelled for item in ClutterStage.plan(made, PRESETS[name], None)}
+
+    assert lines("balanced", rain_mm_h=4.0) == {"sea clutter": False, "rain clutter": True}
+    assert lines("documented", rain_mm_h=4.0) == {"rain clutter": True} and lines("documented") == {}
+
+
+def test_the_plan_says_where_the_texture_is_extrapolated_and_that_waves_show() -> None:
+    def how(**keys: Any) -> str:
+        made = scene(radar=RADAR, environment={"sea_state": 3, **keys})
+        return next(iter(ClutterStage.plan(made, PRESETS["balanced"], None))).how
+
+    assert "(Ward), extrapolated to cells 1.58 to 210 m across (measured: 100 to 800 m)" in how() and "waves" not in how()
+    assert "shape 4, in the rows of the waves that move ships" in how(seaway=True, sea_texture_shape=4)
+
+
+# wave_rows: the texture of a sea with waves: the slope of the waves that move ships, of unit variance in the beam, everywhere.
+WAVE_RADAR = {"range_max_m": 2500, "azimuths": 360, "beamwidth_deg": 1.5, "rpm": 24, "height_m": 15}
+
+
+def sea_of(seed: int = 0, spread: float = 1.0, **own_ship: Any) -> Sea:
+    environment = {"sea_state": 4, "seaway": {"seed": seed, "spread": spread, "from_deg": 40}}
+    made = scene([], radar=WAVE_RADAR, environment=environment, own_ship=own_ship)
+    clutter = prepare_clutter(made, OcclusionScene((), effective_earth_radius(4 / 3)), compression_for(made.radar, 6), 1, 1)
+    assert clutter is not None and clutter.sea is not None
+    return clutter.sea
+
+
+def gaussian(sea: Sea, number: NDArray[np.int64]) -> NDArray[np.float32]:
+    first, stop, weights = sea.texture_beam.at(number)
+    return weight_rows(weights, sea.texture.span(first, stop))
+
+
+@pytest.mark.parametrize("scan", [0, 3])
+def test_rows_are_the_slope_of_the_waves_that_move_ships(scan: int) -> None:
+    """Along one line 600 to 1100 m off, upwind, at the row's time: the texture has the correlation 0.9 or more with the slope of
+    the elevation that lifts ships, averaged over the 3.7 m of the cell; without the beam, and for own ship under way."""
+    sea = sea_of(speed_kn=10, course_deg=90)
+    row = round(40 / 360 * sea.texture.rows_per_scan)
+    line = sea.texture.span(scan * sea.texture.rows_per_scan + row, scan * sea.texture.rows_per_scan + row + 1)[0]
+    time, bearing = 2.5 * (scan + row / sea.texture.rows_per_scan), row * 2 * np.pi / sea.texture.rows_per_scan
+    step = sea.column_bins * 299_792_458 / 150e6
+    far = np.arange(600.0, 1100.0, step)
+    made = scene([], environment={"sea_state": 4, "seaway": {"from_deg": 40}})
+    assert made.environment.seaway is not None
+    waves = drawn_waves(made.environment.seaway)
+    line_of_sight = np.array([np.sin(bearing), np.cos(bearing)])
+    place = np.array([10 * 1852 / 3600 * time, 0.0]) + far[:, None] * line_of_sight
+    higher = waves.elevation(place + 0.5 * line_of_sight, np.full(len(far), time))
+    slope = higher - waves.elevation(place - 0.5 * line_of_sight, np.full(len(far), time))
+    seen = np.interp(far, (np.arange(len(line)) + 0.5) * step, line)
+    assert np.corrcoef(seen, slope)[0, 1] > 0.9
+
+
+def test_the_beams_sum_has_unit_variance_at_every_range_and_bearing() -> None:
+    """Over 60 seas: 5 sigma of their independent draws, sqrt(2 / 60), for means over a third of the range and 5 bearings; 0.05
+    for the table."""
+    number = np.arange(0, 360, 72)
+    seas = [sea_of(seed) for seed in range(1, 13)]
+    drawn = np.stack([np.concatenate([gaussian(sea, number[k : k + 1]) for k in range(5)]) for sea in seas])
+    for third in np.array_split(drawn, 3, axis=2):
+        assert np.mean(third.astype(np.float64) ** 2) == pytest.approx(1.0, abs=0.15)
+
+
+# azimuth_rows: rows over the turn: the same however they are asked for, and weighted as the beam is.
+def numbered(turn: int) -> AzimuthRowCache:
+    """Rows that hold their own number, counted from the start."""
+    return AzimuthRowCache(turn, lambda scan, start, stop: (scan * turn + np.arange(start, stop, dtype=np.float64))[:, None])
+
+
+@pytest.mark.parametrize("turn", [4, 16, 37, 64, 200, 2 * CHUNK + 5])
+def test_any_span_is_there_across_north_and_before_the_start(turn: int) -> None:
+    rows = numbered(turn)
+    for first in (-3, 0, 5, turn - 1, turn, 3 * turn - 2):
+        for count in (1, 7, 2 * turn + 1):
+            np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count))
+
+
+@pytest.mark.parametrize("turn", [1, 4, 37])
+def test_what_is_known_is_the_same_in_every_turn(turn: int) -> None:
+    rows = StaticAzimuthRows(np.arange(turn)[:, None])
+    for first in (-3, 0, 5, turn - 1, 3 * turn - 2):
+        for count in (1, 7, 3 * turn + 1):
+            np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count) % turn)
+
+
+def test_blocks_are_computed_once_while_they_are_in_use_and_never_cross_north() -> None:
+    requested = []
+
+    def make(scan: int, start: int, stop: int) -> np.ndarray[tuple[int, int], np.dtype[np.float64]]:
+        requested.append((scan, start, stop))
+        return np.zeros((stop - start, 1))
+
+    half = BLOCK // 2
+    rows = AzimuthRowCache(5 * half, make)
+    for first in range(0, 50 * half + 1, half):
+        rows.span(first, first + 2 * half + half // 2)
+    blocks = [(scan, start, min(start + BLOCK, 5 * half)) for scan in range(11) for start in (0, BLOCK, 2 * BLOCK)]
+    assert requested == blocks[: len(requested)]
+    assert len(requested) == 32  # the last row is in the 32nd block
+
+
+def test_weights_are_the_pattern_within_reach() -> None:
+    """Rows 10 degrees apart, boresights 358 and 361 degrees, reach 25: rows 34 to 38, each weighted by its offset."""
+    first, stop, weight = beam_weights(np.deg2rad([358.0, 361.0]), 36, lambda x: 1.0 - np.abs(x), np.deg2rad(25.0))
+    assert (first, stop) == (34, 39)
+    offset = np.deg2rad([[18, 8, -2, -12, -22], [21, 11, 1, -9, -19]])
+    np.testing.assert_allclose(weight, 1.0 - np.abs(offset), rtol=1e-12)
+    _, _, cut = beam_weights(np.deg2rad([0.0, 10.0]), 36, np.ones_like, np.deg2rad(10.0))
+    np.testing.assert_array_equal(cut, [[1, 1, 1, 0], [0, 1, 1, 1]])
+
+
+def test_rows_are_made_anew_after_a_change() -> None:
+    level, revision = [1.0], Revision()
+    rows = AzimuthRowCache(8, lambda scan, start, stop: np.full((stop - start, 1), level[0]), revision=revision)
+    assert rows.span(0, 4).tolist() == [[1.0]] * 4
+    level[0] = 2.0
+    assert rows.span(0, 4).tolist() == [[1.0]] * 4
+    revision.change()
+    assert rows.span(0, 4).tolist() == [[2.0]] * 4

@@ -12,12 +12,12 @@ import radar_service as rs
 from radar_service.echo.echoes import Echoes
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.study.chart import chart
-from radar_service.study.chart.canonical_targets import canonical_targets
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto, time_interleaved
 from radar_service.study.chart.power_panel import mean_and_spread, power_points, target_windows
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.samplers import powers_in, ray_powers, samplers, scatterer_powers
+from radar_service.study.chart.scattering_panel import canonical_targets
 from tests.scenes import scene
 from tests.study.chart.settings import PLATE, SMALL
 
@@ -161,3 +161,5 @@ def test_cross_sections_of_the_canonical_targets() -> None:
                 "trihedral": 4 * np.pi * 160_000 / 3}  # fmt: skip
     assert facing == {name: pytest.approx(value * 0.0009, rel=1e-9) for name, value in textbook.items()}
     assert facing == {target.name: target.facing for target in targets}
+    plate = targets[2]  # turns half way to its first null
+    assert plate.cross_section(np.array([2.0 * plate.max_turn]))[0] < 1e-6 * plate.facing

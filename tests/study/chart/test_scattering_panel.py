@@ -5,9 +5,9 @@ import pytest
 
 from radar_service.numerics.frames import wrap_angle
 from radar_service.scattering.model import BodyEchoes
-from radar_service.study.chart.canonical_targets import canonical_targets
 from radar_service.study.chart.frozen_scene import frozen
 from radar_service.study.chart.scattering_panel import (
+    canonical_targets,
     coherent_cross_sections,
     random_turns,
     scattering_points,

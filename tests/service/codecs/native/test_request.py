@@ -2,7 +2,7 @@
 
 import pytest
 
-from radar_service.service.codecs.native.request import request_from_query
+from radar_service.service.codecs.native.views import request_from_query
 from radar_service.service.feed_request import FeedRequest, View
 
 

@@ -140,7 +140,7 @@ def spokes(seed: int = 0) -> np.ndarray:
 @pytest.mark.parametrize("bins", [None, 96, 40, 7, 1])
 def test_it_is_the_strongest_cell_of_the_bin(encoding: str, bins: int | None) -> None:
     power = spokes()
-    field, to = np.sqrt(power).astype(np.complex64), layout(CELLS, 5.0, 10.0, bins, 900.0)
+    field, to = (np.sqrt(power) * np.exp(1j * np.arange(CELLS))).astype(np.complex64), layout(CELLS, 5.0, 10.0, bins, 900.0)
     cells = shown_cells(encoding, power, field, to, Controls(), NOISE, None)
     sent = encode(encoding, power, field, to, Controls(), NOISE)
     assert cells.shape == (4, to.bins) == sent.shape

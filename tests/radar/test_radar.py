@@ -1,0 +1,187 @@
+"""The short modules of radar, each under its name."""
+
+import math
+
+import numpy as np
+import pytest
+
+from radar_service.numerics.types import Complexes, Flags, Floats
+from radar_service.radar.antenna import AntennaPattern, azimuth_oversampling, grid_rows, interpolated_gain
+from radar_service.radar.aperture import ChangedPattern, aperture_of
+from radar_service.radar.description import far_field, radar_lines, two_way_beamwidth
+from radar_service.radar.parameters import horizon
+from radar_service.radar.patterns import PATTERNS, Table, Taylor, line_source
+from tests.scenes import radar, scene
+
+
+# description: what `check` says of a radar.
+def test_the_two_way_beam() -> None:
+    squared = scene(radar={"pattern": "gaussian", "beamwidth_deg": 2}).radar
+    assert two_way_beamwidth(squared) == pytest.approx(math.radians(2) / math.sqrt(2))
+    assert two_way_beamwidth(scene(radar={"pattern": "taylor"}).radar) is None
+
+
+def test_nonlinear_chirps_and_inverse_filters_are_described() -> None:
+    settings = {"modulation": "nlfm", "compression": "inverse", "window": "nuttall"}
+    text = "\n".join(radar_lines(scene(radar=settings).radar))
+    assert "10 us, 50 MHz, nonlinear chirp, product 500, compressed by the inverse filter" in text
+    assert "before the window (nuttall) widens it" in text
+
+
+def test_nearer_pulses_are_described() -> None:
+    pulses = [{"modulation": "none", "pulse_s": 8e-8, "range_max_m": 1500}, {"bandwidth_hz": 20e6}]
+    text = "\n".join(radar_lines(scene(radar={"pulses": pulses, "eclipsing": True}).radar))
+    assert "pulse     10 us, 20 MHz, product 200, eclipsed to 1499 m" in text
+    assert "nearer    to 1500 m: 0.08 us, 15 MHz, not modulated, eclipsed to 12 m" in text
+
+
+def test_it_is_said_where_the_far_field_begins() -> None:
+    """3.9 degrees: D = 0.8859 x 31.859 mm / 0.068068 = 0.41465 m, 2 D^2 / lambda = 10.79 m."""
+    assert far_field(radar()) == pytest.approx(10.79, abs=0.01)
+    assert far_field(radar(beamwidth_deg=90, beamwidth_el_deg=3.9)) == pytest.approx(10.79, abs=0.01)
+    assert "far field begins at 10.8 m" in "\n".join(radar_lines(radar()))
+
+
+# parameters: what follows from a radar's parameters, against the textbook's figures.
+EARTH = 4.0 / 3.0 * 6_371_000.0
+LIGHT = 299_792_458.0
+
+
+def test_range_resolution_and_blind_range() -> None:
+    """50 MHz resolve 3 m; a pulse of 1 us is 300 m long, and its echoes from 150 m arrive as it ends (c = 3e8 to 0.1 %)."""
+    made = radar(bandwidth_hz=50e6, pulse_s=1e-6)
+    assert made.range_resolution == pytest.approx(3.0, rel=1e-3)
+    assert made.blind_range == pytest.approx(150.0, rel=1e-3)
+
+
+def test_the_horizon_is_where_the_curved_sea_blocks_the_path() -> None:
+    """4.12 km x (sqrt(15) + sqrt(h)) with h in metres (Skolnik 2001: 4.12 is sqrt(2 ae) in three digits); under the sea as on
+    it, and without end on a flat earth."""
+    height = np.array([0.0, 10.0, 100.0, -3.0])
+    expected = 4120.0 * (np.sqrt(15.0) + np.sqrt(np.maximum(height, 0.0)))
+    np.testing.assert_allclose(horizon(height, 15.0, EARTH), expected, rtol=1e-3)
+    assert np.isinf(horizon(height, 15.0, np.inf)).all()
+
+
+def test_a_scene_knows_its_horizon() -> None:
+    made = scene(radar={"height_m": 20})
+    assert made.horizon(10.0) == horizon(10.0, 20.0, EARTH)
+    assert scene(environment={"earth": "flat"}).horizon() == np.inf
+
+
+def test_the_first_spoke_and_scan_not_before_a_time_are_exact() -> None:
+    """At the time of each spoke, and one rounding before and after it; a period of 1/11 s is not a binary number."""
+    made = radar(azimuths=120, rpm=60 / 11 / 120 * 60)
+    for number in (0, 1, 7, 119, 120, 12345, 10**9 + 7):
+        time = made.time_of_spokes(float(number))
+        before, after = math.nextafter(time, -math.inf), math.nextafter(time, math.inf)
+        assert [made.first_spoke(each) for each in (before, time, after)] == [number, number, number + 1]
+        assert [made.first_scan(each) for each in (time, after)] == [-(-number // 120), number // 120 + 1]
+
+
+# antenna: gain tables and azimuth sampling of antenna patterns.
+BEAM = np.deg2rad(3.9)
+TABLE = Table(((0.0, 1.0), (0.02, 0.1), (0.10, 0.001)))
+
+
+def test_a_pattern_without_an_aperture_width_cannot_be_made() -> None:
+    class Narrow(AntennaPattern):
+        name = "narrow"
+
+        def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
+            return np.exp(-np.abs(np.asarray(offset) / beamwidth))
+
+    with pytest.raises(TypeError, match="aperture_width"):
+        Narrow()
+
+
+@pytest.mark.parametrize("pattern", [*PATTERNS.values(), Taylor(40.0, 6), TABLE])
+def test_the_table_of_gains_is_the_pattern(pattern: AntennaPattern) -> None:
+    """3e-6, as interpolated_gain promises, at offsets on both sides of boresight."""
+    offset = np.random.default_rng(1).uniform(-np.pi, np.pi, 5000)
+    np.testing.assert_allclose(interpolated_gain(offset, BEAM, pattern), pattern.gain(offset, BEAM), atol=3e-6)
+
+
+def test_a_longer_aperture_has_a_narrower_uniform_beam() -> None:
+    """Cosine taper: 1.189 lambda / a, so the uniform aperture as long has 0.8859 / 1.189 of the beamwidth (Balanis)."""
+    assert PATTERNS["sinc2"].aperture_beamwidth(BEAM) == BEAM
+    assert PATTERNS["cosine"].aperture_beamwidth(BEAM) == pytest.approx(BEAM * 0.8859 / 1.189, rel=1e-3)
+    assert PATTERNS["cosine2"].half_power_width(BEAM) == BEAM and PATTERNS["cosine2"].description == "cosine2"
+
+
+def test_a_sinc2_beam_has_its_band_in_grid_rows() -> None:
+    """sinc^2 of half-power width b has spatial frequencies up to 2 x 0.8859 / (2 b) per radian each side: 0.564 b / step."""
+    assert azimuth_oversampling(BEAM, 720) == pytest.approx(0.564 * BEAM / (2 * np.pi / 720), rel=1e-3)
+    rows = 720
+    offset = (np.arange(rows) * 2 * np.pi / rows + np.pi) % (2 * np.pi) - np.pi
+    spectrum = np.abs(np.fft.fft(PATTERNS["sinc2"].gain(offset, BEAM)))
+    band = rows / azimuth_oversampling(BEAM, rows) / 2
+    order = np.abs(np.fft.fftfreq(rows) * rows)
+    assert spectrum[order > band + 2].max() < 1e-3 * spectrum[0] < spectrum[order < 0.9 * band].min()
+
+
+@pytest.mark.parametrize(
+    ("azimuths", "beamwidth_deg", "multiple"), [(720, 3.9, 1), (720, 1.0, 3), (2048, 0.9, 2), (360, 0.4, 13)]
+)
+def test_grid_rows_are_the_minimum_that_leaves_two_thirds_of_the_band(
+    azimuths: int, beamwidth_deg: float, multiple: int
+) -> None:
+    beamwidth = np.deg2rad(beamwidth_deg)
+    rows = grid_rows(azimuths, beamwidth)
+    assert rows == multiple * azimuths
+    assert azimuth_oversampling(beamwidth, rows) >= 2.9
+    assert multiple == 1 or azimuth_oversampling(beamwidth, rows - azimuths) < 2.9
+
+
+# aperture: apertures against the patterns that they make, and patterns less what is taken from them.
+WAVELENGTH, BEAMWIDTH = 0.0319, np.radians(1.0)
+LINE_SOURCES = [pattern for pattern in (*PATTERNS.values(), Taylor(25.0, 6)) if line_source(pattern) is not None]
+
+
+@pytest.mark.parametrize("pattern", LINE_SOURCES, ids=lambda pattern: pattern.description)
+def test_an_aperture_makes_its_pattern(pattern: AntennaPattern) -> None:
+    """The square of its field is the gain, and so is that of elements with its illumination (to the rounding of 400 of them)."""
+    aperture = aperture_of(pattern, BEAMWIDTH, WAVELENGTH)
+    assert aperture is not None
+    offset = np.linspace(0.0, 4.0, 41) * BEAMWIDTH
+    cycles = aperture.length / WAVELENGTH * offset
+    np.testing.assert_allclose(aperture.pattern(cycles) ** 2, pattern.gain(offset, BEAMWIDTH), rtol=1e-9, atol=1e-12)
+    place = ((np.arange(400) + 0.5) / 400 - 0.5) * aperture.length
+    field = aperture.illumination(place) / 400 @ np.exp(2j * np.pi * np.outer(place / aperture.length, cycles))
+    np.testing.assert_allclose(
+        field, aperture.pattern(cycles), atol=3e-4
+    )  # midpoint rule at 7 cycles: (pi 7 / 400)^2 / 6 of 0.4
+
+
+def test_patterns_without_an_aperture_have_none() -> None:
+    table = Table(((0.0, 1.0), (0.1, 0.01)))
+    assert [aperture_of(each, BEAMWIDTH, WAVELENGTH) for each in (PATTERNS["gaussian"], PATTERNS["printed"], table)] == [
+        None
+    ] * 3
+
+
+class Pane:
+    """Takes a share of the field on the starboard side."""
+
+    def __init__(self, share: float, extent: float) -> None:
+        self.share, self.extent = share, extent
+
+    def subtract(self, field: Complexes, from_bow: Floats, offset: Floats) -> None:
+        field -= np.where((np.sin(from_bow) > 0.0) & (np.abs(offset) < self.extent), self.share * field, 0.0)
+
+    def reaches(self, from_bow: Floats) -> Flags:
+        return np.sin(from_bow) > 0.0
+
+
+def test_changes_take_from_the_field_one_after_the_other() -> None:
+    """Two panes leave 0.9 x 0.8 of the field to starboard, two ways its square, and all of it to port; 1e-5: of the table."""
+    aperture = aperture_of(PATTERNS["cosine"], BEAMWIDTH, WAVELENGTH)
+    assert aperture is not None
+    pattern = ChangedPattern(aperture, WAVELENGTH, [Pane(0.1, 0.01), Pane(0.2, 0.02)])
+    from_bow, offset = np.array([1.0, 1.0, 4.0]), np.array([0.002, 0.015, 2.0 * np.pi - 0.002])
+    plain = np.sqrt(PATTERNS["cosine"].gain(np.abs(np.array([0.002, 0.015, 0.002])), BEAMWIDTH))
+    np.testing.assert_allclose(np.abs(pattern.one_way(from_bow, offset)), plain * [0.72, 0.8, 1.0], atol=1e-5)
+    change = pattern.two_way_change(from_bow, offset)
+    np.testing.assert_allclose(change, plain**2 * [0.72**2 - 1.0, 0.8**2 - 1.0, 0.0], atol=1e-5)
+    assert pattern.reaches(from_bow).tolist() == [True, True, False] and pattern.extent == 0.02
+    assert pattern.loss_db(1.0) == pytest.approx(-40.0 * np.log10(0.72)) and pattern.loss_db(4.0) == pytest.approx(0.0)
