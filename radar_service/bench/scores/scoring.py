@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.bench.scores.acquisition import acquisition_scores
 from radar_service.bench.scores.association_scores import association_scores
-from radar_service.bench.scores.judged_scan import judged
+from radar_service.bench.scores.judged_scan import JudgedRun, judged
 from radar_service.bench.scores.motion_scores import motion_scores, percentile_95
 from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
@@ -22,11 +22,13 @@ from radar_service.bench.scores.warnings import warning_scores
 CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
 
 
-def metrics_of(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
+def metrics_of(
+    results: Sequence[ScanResult], around: Surroundings = NOWHERE, centred: JudgedRun | None = None
+) -> dict[str, float | None]:
     """Returns the metrics of a run by name, extended targets at the mean centroid of their power. around: of what tracks may be
-    false."""
-    centred = at_power_centroids(results)
-    return {**scores(centred, around), **effort(results), **plot_metrics(centred)}
+    false; centred: the run as it is judged, where it is known."""
+    run = centred or judged(at_power_centroids(results))
+    return {**scores(run, around), **effort(results), **plot_metrics([scan.result for scan in run.scans])}
 
 
 def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
@@ -40,18 +42,13 @@ def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
     return turns | ({"growth_mb": (later[-1] - later[0]) / 1e6 / (len(later) - 1)} if len(later) > 1 else {})
 
 
-def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
+def scores(run: JudgedRun, around: Surroundings = NOWHERE) -> dict[str, float | None]:
     """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
-    run = judged(results)
     return {
-        **set_scores(run),
-        **life_scores(run, around),
-        **motion_scores(run),
-        **warning_scores(run),
-        **association_scores(run),
+        **set_scores(run), **life_scores(run, around), **motion_scores(run), **warning_scores(run), **association_scores(run),
         **acquisition_scores(run),
-    }
+    }  # fmt: skip
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
