@@ -3,7 +3,7 @@
 A tile is left out where its noise and a bound of its echoes do not reach the threshold together.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import Any, cast
 
@@ -122,50 +122,35 @@ def prepared_together(simulators: Sequence[Simulator]) -> list[Prepared]:
     scene = first.scene.with_world(bodies=tuple(body for some in bodies for body in some))
     moving = pipeline_set_up(scene, first.fidelity, first.seed).prepared.moving
     moving.separate = True
-    shared = _Shared(moving, np.repeat(np.arange(len(bodies)), [*map(len, bodies)]))
+    owner, kept = np.repeat(np.arange(len(bodies)), [*map(len, bodies)]), dict[Any, Any]()
     every = enumerate(each.pulses[0] for each in simulators)
-    return [replace(alone, moving=cast(MovingEchoes, _OneOfShared(shared, k, alone.moving))) for k, alone in every]
+    return [replace(alone, moving=cast(MovingEchoes, _OneSeed(moving, owner, kept, k, alone.moving))) for k, alone in every]
 
 
-class _Shared:
-    """Echoes of the bodies of all seeds, each block of azimuths computed once. owner: (B,) seed of each body, by its place."""
-
-    def __init__(self, moving: MovingEchoes, owner: Indices) -> None:
-        self._moving, self._owner = moving, owner
-        self._sizes: dict[tuple[int, int], int] = {}
-        self._echoes: dict[tuple[int, int], tuple[BeamWeightedEchoes, Indices]] = {}
-
-    def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
-        key = int(azimuths.number[0]), len(azimuths.number)
-        if key not in self._sizes:
-            self._sizes[key] = self._moving.block_size(azimuths, usual)
-        return self._sizes[key]
-
-    def echoes(self, azimuths: AzimuthTimes) -> tuple[BeamWeightedEchoes, Indices]:
-        """The echoes (E,) of all seeds, and the seed (E,) of each."""
-        key = int(azimuths.number[0]), len(azimuths.number)
-        if key not in self._echoes:
-            echoes = self._moving.echoes(azimuths)
-            self._echoes[key] = echoes, self._owner[echoes.body]
-        return self._echoes[key]
-
-
-class _OneOfShared:
+class _OneSeed:
     """The `MovingEchoes` of one seed. Sums of several echoes have the bytes of their number, and are computed alone."""
 
-    def __init__(self, shared: _Shared, seed: int, alone: MovingEchoes) -> None:
-        self._shared, self._seed, self._alone, self.visibility = shared, seed, alone, alone.visibility
+    def __init__(self, every: MovingEchoes, owner: Indices, kept: dict[Any, Any], seed: int, alone: MovingEchoes) -> None:
+        """every: the bodies of all seeds; owner: (B,) seed of each body; kept: what all share; seed: by its place."""
+        self._every, self._owner, self._kept, self._seed = every, owner, kept, seed
+        self._alone, self.visibility = alone, alone.visibility
 
     def __len__(self) -> int:
         return len(self._alone)
 
     def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
         """As MovingEchoes.block_size: where all seeds have long blocks, so has each."""
-        size = self._shared.block_size(azimuths, usual)
+        size = int(self._shared(azimuths, "size", lambda: self._every.block_size(azimuths, usual)))
         return size if size == len(azimuths.time) else self._alone.block_size(azimuths, usual)
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
         """As MovingEchoes.echoes."""
-        echoes, seed = self._shared.echoes(azimuths)
-        own = np.flatnonzero(seed == self._seed)
+        echoes: BeamWeightedEchoes = self._shared(azimuths, "echoes", lambda: self._every.echoes(azimuths))
+        own = np.flatnonzero(self._owner[echoes.body] == self._seed)
         return self._alone.echoes(azimuths) if len(own) > 1 else echoes.chosen(own)
+
+    def _shared(self, azimuths: AzimuthTimes, name: str, compute: Callable[[], Any]) -> Any:
+        key = name, int(azimuths.number[0]), len(azimuths.number)
+        if key not in self._kept:
+            self._kept[key] = compute()
+        return self._kept[key]
