@@ -82,15 +82,6 @@ def plots_path(folder: Path, scenario: Scenario, seed: int) -> Path:
     return folder / f"{name}.json.gz"
 
 
-def _made(path: Path | None, scenario: Scenario, seed: int, made: tuple[Simulator, Prepared] | None = None) -> str:
-    """The text of a file of plots, which is written where it has a path."""
-    text = json.dumps({"digest": plots_digest(scenario, seed), **_observe(scenario, seed, made)}, allow_nan=False)
-    if path:
-        make_folder(path.parent)
-        write_file(path, gzip.compress(text.encode(), compresslevel=6))
-    return text
-
-
 def plots_digest(scenario: Scenario, seed: int) -> str:
     """Returns a hash of all that plots and truth depend on: the scene with its files, settings, this program, the arithmetic."""
     files = named_files([scenario.scene, scenario.recorded], scenario.folder).values()
@@ -153,7 +144,8 @@ def _texts(value: object) -> Iterator[str]:
             yield from _texts(part)
 
 
-def _observe(scenario: Scenario, seed: int, made: tuple[Simulator, Prepared] | None) -> dict[str, Any]:
+def _made(path: Path | None, scenario: Scenario, seed: int, made: tuple[Simulator, Prepared] | None = None) -> str:
+    """The text of a file of plots, which is written where it has a path. made: with other seeds."""
     name = f"{scenario.name}, seed {seed}"
 
     def tell(flood: str) -> None:
@@ -162,11 +154,13 @@ def _observe(scenario: Scenario, seed: int, made: tuple[Simulator, Prepared] | N
 
     scans = observed(scenario, seed, tell, made)
     results = list(progress(scans, scenario.scans, "scans", lambda _: f"{name}: plots", within=True))
-    return {
-        "scans": [asdict(replace(result, flood=None)) for result in results],
-        "around": asdict(surroundings(scenario)),
-        "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
-    }
+    remark = flood_remark([result.flood for result in results if result.flood], len(results))
+    kept = {"digest": plots_digest(scenario, seed), "scans": [asdict(replace(result, flood=None)) for result in results]}
+    text = json.dumps({**kept, "around": asdict(surroundings(scenario)), "remark": remark}, allow_nan=False)
+    if path:
+        make_folder(path.parent)
+        write_file(path, gzip.compress(text.encode(), compresslevel=6))
+    return text
 
 
 def _read(path: Path, digest: str) -> dict[str, Any] | None:

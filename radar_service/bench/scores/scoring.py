@@ -57,28 +57,20 @@ def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
     The mean is over the crossings of up to CROSSINGS scans before and after. A point stays where it is, and so does a target
     without power in all of these scans.
     """
-    moved = []
-    for number, result in enumerate(results):
-        near = results[max(0, number - CROSSINGS) : number + CROSSINGS + 1]
-        moved.append(replace(result, truths=tuple(_moved(truth, near) for truth in result.truths)))
-    return moved
+    near = [results[max(0, number - CROSSINGS) : number + CROSSINGS + 1] for number in range(len(results))]
+    pairs = zip(results, near, strict=True)
+    return [replace(result, truths=tuple(_moved(truth, some) for truth in result.truths)) for result, some in pairs]
 
 
 def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
     """A target at the mean of its centroids in these scans, with its heading of this one."""
     if not truth.length:
         return truth
-    offsets = [
-        truth_then.centroid
-        for result in near
-        for truth_then in result.truths
-        if truth_then.body == truth.body and truth_then.centroid
-    ]
-    if not offsets:
+    same = (then for result in near for then in result.truths if then.body == truth.body)
+    if not (offsets := [then.centroid for then in same if then.centroid]):
         return truth
     along, across = np.mean(offsets, axis=0).tolist()
     sine, cosine = np.sin(truth.heading), np.cos(truth.heading)
     east, north = truth.position
-    return replace(
-        truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
-    )
+    moved = east + along * sine + across * cosine, north + along * cosine - across * sine
+    return replace(truth, position=(float(moved[0]), float(moved[1])))
