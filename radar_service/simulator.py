@@ -20,16 +20,14 @@ from radar_service.records.spokes import Spoke, SpokeBlock
 from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
 from radar_service.scans.sector import Sector
 from radar_service.scene_file.error_tables import changed_errors
-from radar_service.simulation.engine_set_up import check_arguments, chosen_fidelity, engine_set_up
-from radar_service.simulation.source_tiles import SourceTiles, SourceTruth
+from radar_service.simulation.engine_set_up import SourceTiles, SourceTruth, check_arguments, chosen_fidelity, engine_set_up
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace.embree import TREES
 from radar_service.truth.crossings import CrossingTruth
-from radar_service.truth.ground_truth import GroundTruth
-from radar_service.truth.truth_file import header
+from radar_service.truth.ground_truth import GroundTruth, header
 from radar_service.world.commands import Command, command_from
 from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.outline import outline_of

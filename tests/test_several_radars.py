@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from tests.scenes import point, scene
 
 SMALL = {"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 256, "pulse_s": 1e-6}

@@ -1,7 +1,7 @@
 """The report of a test bench as one HTML page: a summary, the worst run of each scenario, verdicts with their sources."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -30,7 +30,7 @@ def page(report: Mapping[str, Any], drawn: Mapping[str, Mapping[str, Any] | None
     return html_page(
         "bench/report.html", report=report, scenarios=gravest_first(report), drawn=drawn, run_picture=run_picture,
         word_of=word_of, missed_limits=_missed_limits, blind_words=blind_words, leading=LEADING,
-        gravest_lines=_gravest_lines, failure_lines=failure_lines,
+        always_failed=always_failed, again_lines=again_lines, gravest_lines=_gravest_lines, failure_lines=failure_lines,
         number_of=number_of, bound_of=bound_of, unit_of=unit_of, max_listed=MAX_LISTED,
     )  # fmt: skip
 
@@ -52,17 +52,20 @@ def word_of(scenario: Mapping[str, Any]) -> str:
     return min((verdict["word"] for verdict in scenario["verdicts"]), key=WORDS.index, default="shown")
 
 
+def table(form: str, rows: Iterable[Sequence[object]]) -> list[str]:
+    """Returns the lines of a table, of which the first row has the heads. form: of a line, as str.format takes it."""
+    return [form.format(*row).rstrip() for row in rows]
+
+
 def summary_table(report: Mapping[str, Any]) -> str:
     """Returns a table as text, the gravest scenario first: verdict, failed runs, the worst seed, and what went wrong in it."""
-    heads = "".join(f" {head:>9}" for head in LEADING.values())
-    lines = [f"{'scenario':32} {'verdict':14} {'failed runs':>12}{heads} {'worst seed':>10}"]
+    form = "{:32.32} {:14} {:>12}" + " {:>9}" * len(LEADING) + " {:>10}"
+    lines = table(form, [("scenario", "verdict", "failed runs", *LEADING.values(), "worst seed")])
     for scenario in gravest_first(report):
-        failed, runs = scenario["failed_runs"], len(scenario["seeds"])
+        failed, count = scenario["failed_runs"], len(scenario["seeds"])
+        means = [number_of(scenario["metrics"].get(name)) for name in LEADING]
         seed = failed[0]["seed"] if failed else ""
-        means = "".join(f" {number_of(scenario['metrics'].get(name)):>9}" for name in LEADING)
-        lines.append(
-            f"{scenario['name'][:32]:32} {word_of(scenario):14} {f'{len(failed)} of {runs}':>12}{means} {seed:>10}".rstrip()
-        )
+        lines += table(form, [(scenario["name"], word_of(scenario), f"{len(failed)} of {count}", *means, seed)])
         lines += [f"    {line}" for line in _gravest_lines(scenario)]
     return "\n".join(lines) + "\n"
 
@@ -91,54 +94,66 @@ def _missed_limits(run: Mapping[str, Any]) -> str:
 
 def comparison(report: Mapping[str, Any], compared: Mapping[str, Any]) -> str:
     """Returns a table of the metrics of two reports, scenario by scenario, as text."""
-    others = {scenario["name"]: scenario for scenario in compared["scenarios"]}
-    lines = [f"{'scenario':32} {'metric':26} {report['tracker'][-14:]:>14} {compared['tracker'][-14:]:>14}"]
-    for scenario in report["scenarios"]:
-        second = others.get(scenario["name"], {"metrics": {}})["metrics"]
-        for metric, value in scenario["metrics"].items():
-            lines.append(
-                f"{scenario['name'][:32]:32} {metric[:26]:26} {number_of(value):>14} {number_of(second.get(metric)):>14}"
-            )
-    return "\n".join(lines) + "\n"
+    others = {scenario["name"]: scenario["metrics"] for scenario in compared["scenarios"]}
+    rows = [
+        (scenario["name"], metric, number_of(value), number_of(others.get(scenario["name"], {}).get(metric)))
+        for scenario in report["scenarios"]
+        for metric, value in scenario["metrics"].items()
+    ]
+    heads = ("scenario", "metric", report["tracker"][-14:], compared["tracker"][-14:])
+    return "\n".join(table("{:32.32} {:26.26} {:>14} {:>14}", [heads, *rows])) + "\n"
 
 
 def plot_table(report: Mapping[str, Any]) -> str:
     """Returns a table of the metrics of plots as text: means of the runs of each scenario, with their standard errors."""
-    lines = [f"{'scenario':32} {'metric':18} {'mean':>10} {'standard error':>15} unit"]
-    for scenario in report["scenarios"]:
-        means, errors = scenario["metrics"], scenario["standard_error"]
-        lines += [
-            f"{scenario['name'][:32]:32} {name:18} {number_of(means.get(name)):>10} {number_of(errors.get(name)):>15} "
-            f"{unit_of(name)}".rstrip()
-            for name in PLOT_METRICS
-        ]
-    return "\n".join(lines) + "\n"
+    rows = [
+        (scenario["name"], name, *(number_of(scenario[of].get(name)) for of in ("metrics", "standard_error")), unit_of(name))
+        for scenario in report["scenarios"]
+        for name in PLOT_METRICS
+    ]
+    heads = ("scenario", "metric", "mean", "standard error", "unit")
+    return "\n".join(table("{:32.32} {:18} {:>10} {:>15} {}", [heads, *rows])) + "\n"
 
 
 def verdict_table(report: Mapping[str, Any]) -> str:
     """Returns a table of the verdicts as text: a limit's metric, its value that 95 % of runs keep, bound, unit; then remarks."""
-    lines = [f"{'scenario':26} {'metric':28} {'95 % value':>10} {'limit':>16} {'unit':8} {'missed':>9}  verdict"]
-    for scenario in report["scenarios"]:
-        for verdict in scenario["verdicts"]:
-            missed = f"{verdict['failures']} of {verdict['runs']}"
-            lines.append(
-                f"{scenario['name'][:26]:26} {verdict['metric'][:28]:28} {number_of(verdict['value_95']):>10} "
-                f"{bound_of(verdict):>16} {unit_of(verdict['metric']):8} {missed:>9}  {verdict['word']}"
-            )
+    rows = [
+        (
+            scenario["name"], verdict["metric"], number_of(verdict["value_95"]), bound_of(verdict),
+            unit_of(verdict["metric"]), f"{verdict['failures']} of {verdict['runs']}", verdict["word"],
+        )
+        for scenario in report["scenarios"] if not always_failed(scenario) for verdict in scenario["verdicts"]
+    ]  # fmt: skip
+    heads = ("scenario", "metric", "95 % value", "limit", "unit", "missed", "verdict")
+    lines = table("{:26.26} {:28.28} {:>10} {:>16} {:8} {:>9}  {}", [heads, *rows])
+    lines += [f"{scenario['name']}: {sentence}" for scenario in report["scenarios"] if (sentence := always_failed(scenario))]
     lines += [f"{scenario['name']}: remark: {scenario['remark']}" for scenario in report["scenarios"] if scenario["remark"]]
-    lines += failure_lines(report)
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *failure_lines(report), *again_lines(report)]) + "\n"
+
+
+def again_lines(report: Mapping[str, Any]) -> list[str]:
+    """Returns the command that makes the worst run again; nothing where none failed."""
+    failed = [run for scenario in gravest_first(report)[:1] for run in scenario["failed_runs"][:1]]
+    return [f"the worst run again: {report['sheet']['again']} --seed {run['seed']}" for run in failed]
+
+
+def always_failed(scenario: Mapping[str, Any]) -> str:
+    """Returns a sentence in place of the limits of a scenario in whose every run the tracker failed; "" for others."""
+    runs = len(scenario["failures"])
+    all_failed = runs == len(scenario["seeds"]) > 0
+    return (
+        f"the tracker failed in all {runs} runs, and so misses all {len(scenario['verdicts'])} limits" if all_failed else ""
+    )
 
 
 def failure_lines(report: Mapping[str, Any]) -> list[str]:
     """Returns a line for each failed run, of the first MAX_FAILURES of a scenario, and how many more there are."""
     lines = []
     for scenario in report["scenarios"]:
-        failures = scenario["failures"]
-        lines += [f"{scenario['name']}, seed {failure['seed']}: {_failure(failure)}" for failure in failures[:MAX_FAILURES]]
-        lines += (
-            [f"{scenario['name']}: {len(failures) - MAX_FAILURES} more failed runs"] if len(failures) > MAX_FAILURES else []
-        )
+        name, failures = scenario["name"], scenario["failures"]
+        lines += [f"{name}, seed {failure['seed']}: {_failure(failure)}" for failure in failures[:MAX_FAILURES]]
+        if (more := len(failures) - MAX_FAILURES) > 0:
+            lines.append(f"{name}: {more} more failed runs")
     return lines
 
 

@@ -14,6 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from radar_service.numerics.random import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.error_tables import drawn_biases
+from radar_service.terminal.arguments import did_you_mean
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
@@ -279,16 +280,23 @@ def scenarios() -> dict[str, Path]:
 
 def load_scenario(name: str) -> Scenario:
     """Returns a packaged scenario by name, that of a file, or one of a scene file. Raises ScenarioError."""
-    packaged = scenarios()
-    path = Path(name) if name.endswith(SUFFIX) else packaged.get(name)
-    if path is None:
-        raise ScenarioError(f"{name}: there is no such scenario; there are {', '.join(packaged)}, or give a {SUFFIX} file")
+    path = file_of(name, scenarios(), "scenario")
+    file = path if name.endswith(SUFFIX) else None
     with file_errors(path):
         content = tomllib.loads(path.read_text(encoding="utf-8"))
-        folder = path.parent if name.endswith(SUFFIX) else packaged_folder("scenes")
         content = scenario_of_scene(content) if SCENE_KEYS & content.keys() else content
-        file = path if name.endswith(SUFFIX) else None
+        folder = path.parent if file else packaged_folder("scenes")
         return Scenario(**{"name": path.stem if file else name, **content, "folder": folder, "file": file})
+
+
+def file_of(name: str, packaged: Mapping[str, Path], kind: str) -> Path:
+    """Returns the file of a packaged scenario or ladder, or the one that is named. Raises ScenarioError."""
+    if name.endswith(SUFFIX):
+        return Path(name)
+    if name not in packaged:
+        there = f"there are {', '.join(packaged)}, or give a {SUFFIX} file{did_you_mean(name, packaged)}"
+        raise ScenarioError(f"{name}: there is no such {kind}; {there}")
+    return packaged[name]
 
 
 @contextlib.contextmanager
@@ -325,33 +333,32 @@ def scenario_of_scene(scene: Mapping[str, Any]) -> dict[str, Any]:
 
 def with_profile(scenario: Scenario, profile: str) -> Scenario:
     """Returns a scenario whose plots err as one of PROFILES has it. Raises ScenarioError for a recording: its plots are real."""
-    if scenario.recorded:
-        raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --profile out")
-    kept = {"folder": scenario.folder, "file": scenario.file}
-    return Scenario(**{**scenario.model_dump(), "plot_errors": PROFILES[profile], **kept})
+    return _changed(scenario, "profile", plot_errors=PROFILES[profile])
 
 
 def with_video(scenario: Scenario, answers: str = "tracks", serve: Sequence[str] = ()) -> Scenario:
     """Returns a scenario whose video a program reads; errors of its plots are not in it. Where the program answers plots, limits
     on plots alone judge it. Raises ScenarioError for a recording."""
+    on_plots = [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]
+    judged = {"judges": "plots", "limit": on_plots} if answers == "plots" else {}
+    return _changed(scenario, "input video", plot_errors=None, input="video", answers=answers, serve=tuple(serve), **judged)
+
+
+def _changed(scenario: Scenario, option: str, **changed: Any) -> Scenario:
     if scenario.recorded:
-        raise ScenarioError(f"{scenario.name}: its plots are recorded, without video; leave --input video out")
-    changed: dict[str, Any] = {"plot_errors": None, "input": "video", "answers": answers, "serve": tuple(serve)}
-    changed |= {"folder": scenario.folder, "file": scenario.file}
-    if answers == "plots":
-        changed |= {"judges": "plots", "limit": [limit for limit in scenario.limit if limit.metric in PLOT_METRICS]}
-    return Scenario(**{**scenario.model_dump(), **changed})
+        raise ScenarioError(f"{scenario.name}: its plots are recorded; leave --{option} out")
+    return Scenario(**{**scenario.model_dump(), "folder": scenario.folder, "file": scenario.file, **changed})
 
 
 def load_scenarios(names: Sequence[str]) -> list[Scenario]:
     """Returns scenarios as load_scenario does. Raises ScenarioError, also where two have one name: their runs would mix."""
-    loaded: dict[str, tuple[str, Scenario]] = {}
+    loaded: list[Scenario] = []
+    given: dict[str, str] = {}
     for name in names:
         scenario = load_scenario(name)
-        if scenario.name in loaded:
-            raise ScenarioError(
-                f"{name}: {loaded[scenario.name][0]} is named {scenario.name} too; give each scenario once, and each file a "
-                f"name of its own"
-            )
-        loaded[scenario.name] = (name, scenario)
-    return [scenario for _, scenario in loaded.values()]
+        if scenario.name in given:
+            remedy = "give each scenario once, and each file a name of its own"
+            raise ScenarioError(f"{name}: {given[scenario.name]} is named {scenario.name} too; {remedy}")
+        given[scenario.name] = name
+        loaded.append(scenario)
+    return loaded

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from radar_service.batch.jobs import JobsFailed
-from radar_service.bench.bench import bench
+from radar_service.bench.bench import Runs, bench, plots_folder
+from radar_service.bench.bench import report as report_of
 from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_interest
 from radar_service.bench.junit import write_junit
 from radar_service.bench.report import comparison, plot_table, summary_table, verdict_table, write_report
@@ -26,6 +27,7 @@ from radar_service.bench.scenario import (
     with_video,
 )
 from radar_service.bench.scores.verdicts import LOOKS, MISSES, RUNS, SHARE, SMOKE_RUNS, boundaries, chance_to_pass
+from radar_service.bench.single_run import single_run
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in, is_program
 from radar_service.bench.video import program_on_video
@@ -33,6 +35,7 @@ from radar_service.commands.record import RADAR, record_scans
 from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.processes.stop_signals import TERMINATED, ended_by_signals
 from radar_service.terminal.arguments import UsageError, add_whole_number
+from radar_service.terminal.output_files import make_folder
 from radar_service.terminal.progress import progress
 
 UNDECIDED = 3  # exit status
@@ -44,6 +47,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
     add_whole_number(parser, "--seeds", SMOKE_RUNS, 1, 100_000, metavar="N", help=f"default 3; {RUNS} decide")
+    add_whole_number(parser, "--seed", None, 0, 2**53, metavar="SEED", help="only one, of an earlier report; an open run")
     parser.add_argument("--fixed", action="store_true", help="make all runs before the verdicts, in place of looks")
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail; a third of them in clutter")
     parser.add_argument("--open", action="store_true", help="tell a program scenario and seed, which then are 0 to N - 1")
@@ -112,14 +116,22 @@ def _bench(options: argparse.Namespace) -> int:
     if options.input == "video":
         loaded = [with_video(scenario, options.answers, shlex.split(options.serve)) for scenario in loaded]
     looks = () if options.smoke or options.fixed or options.seeds < LOOKS[0] else LOOKS
-    print(_plan(options.seeds, options.smoke, looks))
+    if options.seed is None:
+        print(_plan(options.seeds, options.smoke, looks))
     if options.junit:
         options.junit.unlink(missing_ok=True)  # an older one would stand for what was not judged
-    with executor_of(options) as executor:
-        report, runs = bench(
-            loaded, options.seeds, options.tracker, options.out, executor, shown, options.plots, options.smoke,
-            bool(options.salt) or not (options.open or is_built_in(options.tracker)), options.salt, looks,
-        )  # fmt: skip
+    if options.seed is not None:
+        make_folder(options.out)
+        plots = plots_folder(options.out, options.plots)
+        runs: Runs = {each.name: [single_run(each, options.seed, options.tracker, plots)] for each in loaded}
+        report = report_of({each.name: each for each in loaded}, runs, options.tracker, options.smoke)
+        report["sheet"]["again"] += f" --seed {options.seed}"
+    else:
+        with executor_of(options) as executor:
+            report, runs = bench(
+                loaded, options.seeds, options.tracker, options.out, executor, shown, options.plots, options.smoke,
+                bool(options.salt) or not (options.open or is_built_in(options.tracker)), options.salt, looks,
+            )  # fmt: skip
     drawn = {
         scenario.name: drawn_run(scenario, some)
         for scenario in loaded

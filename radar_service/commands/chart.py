@@ -25,7 +25,7 @@ def run(options: argparse.Namespace) -> int:
     Raises SceneError, UsageError, MissingExtra and OSError, and JobsFailed for a fault.
     """
     from radar_service.study.chart import chart  # here: it needs an extra, and `--help` does not
-    from radar_service.study.chart.summary import summary_text
+    from radar_service.study.chart.figure import summary_text
 
     make_folder(options.out)
     effort, scene = chart.QUICK if options.quick else chart.FULL, load_scene(options.scene)

@@ -41,8 +41,7 @@ def run(options: argparse.Namespace) -> int:
     if not options.recording.is_file():
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
     from radar_service.ports.udp.capture import Capture
-    from radar_service.recording.chunk_table import ChunkTable
-    from radar_service.recording.epochs import recorded_radars
+    from radar_service.recording.chunk_table import ChunkTable, recorded_radars
     from radar_service.recording.error import RecordingError
     from radar_service.recording.recording import Recording
 

@@ -6,8 +6,7 @@ import sys
 from collections.abc import Iterable
 from functools import partial
 
-from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
-from radar_service.commands.simulator_options import simulator_options
+from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, simulator_options
 from radar_service.display.units import add_unit
 from radar_service.plots.extractor import PlotExtractor, in_clutter
 from radar_service.plots.marine import PFA, threshold

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from tqdm import tqdm
 
-from radar_service.commands.shared_options import SCENE_HELP, add_simulation
-from radar_service.commands.simulator_options import simulator_options
+from radar_service.commands.shared_options import SCENE_HELP, add_simulation, simulator_options
 from radar_service.numerics.types import Singles
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene

@@ -35,9 +35,8 @@ def run(options: argparse.Namespace) -> int:
     """
     if not options.recording.is_file():  # said first: an extra that is missing does not help here
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
-    from radar_service.ports.running import run
-    from radar_service.recording.chunk_table import ChunkTable
-    from radar_service.recording.epochs import radars_with_epoch
+    from radar_service.ports.app import run
+    from radar_service.recording.chunk_table import ChunkTable, radars_with_epoch
     from radar_service.recording.replay_station import ReplaySpokeSource, ReplayStation, refuse
 
     access = access_for(options)

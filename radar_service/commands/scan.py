@@ -10,8 +10,7 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from radar_service.commands.shared_options import add_radar, add_scene, add_simulation
-from radar_service.commands.simulator_options import simulator_options
+from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, simulator_options
 from radar_service.display.last_scan import last_scan_png
 from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
 from radar_service.display.video import Controls, layout
@@ -23,7 +22,7 @@ from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, check_sources, file_ending
 from radar_service.terminal.output_files import add_overwrite, prepare, write_file
-from radar_service.truth.truth_file import truth_line, truth_lines
+from radar_service.truth.ground_truth import truth_line, truth_lines
 
 PICTURE_SIZE = 900  # pixels
 

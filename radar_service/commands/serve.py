@@ -21,8 +21,8 @@ from radar_service.commands.shared_options import (
     add_network,
     add_threads,
     service_groups,
+    simulator_options,
 )
-from radar_service.commands.simulator_options import simulator_options
 from radar_service.ports.registry import add_ports, opened
 from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
@@ -107,7 +107,7 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
             for scene_input in options.scenes
         ]
         scenes += _started(partial(make, progress=start), scene_requests)
-        from radar_service.ports.running import run
+        from radar_service.ports.app import run
 
         ports = on_end.enter_context(open_ports(options))
         try:

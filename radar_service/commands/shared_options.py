@@ -1,13 +1,14 @@
-"""Arguments that several commands share."""
+"""Arguments that several commands share, and the simulator that they make, as one object for another process."""
 
 import argparse
 import contextlib
 import os
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from radar_service.plan.budget import ERROR_HELP, error_budget
+from radar_service.plan.budget import ERROR_HELP, ErrorBudget, error_budget
 from radar_service.records.fidelity import PRESETS, PURPOSE
 from radar_service.terminal.arguments import add_whole_number, pace, thread_count, utc
 from radar_service.terminal.output_files import add_overwrite
@@ -124,3 +125,32 @@ def _add_access(may: "argparse._ActionsContainer") -> None:
         may.add_argument(name, type=Path, metavar="FILE", help=f"a file whose first line is a token that {needs} needs")
     may.add_argument("--insecure", action="store_true", help="allow everybody who reaches the server to do anything")
     add_whole_number(may, "--connections", None, 1, 100_000, metavar="N", help="maximum number of connections")
+
+
+if TYPE_CHECKING:
+    from radar_service.simulator import Simulator
+    from radar_service.world.scene import Scene
+
+
+@dataclass(frozen=True)
+class SimulatorOptions:
+    """fidelity: a preset's name or `auto`; error_db: budget that `auto` plans for, None for its own; others as Simulator."""
+
+    fidelity: str = "auto"
+    error_db: ErrorBudget | None = None
+    seed: int = 0
+    threads: int = 1
+    labels: bool = False
+
+    def __call__(self, scene: "Scene") -> "Simulator":
+        """Returns the simulator of a scene."""
+        from radar_service.plan.settings_search import fidelity_for  # here: the service makes options, not simulators
+        from radar_service.simulator import Simulator
+
+        fidelity = self.fidelity if self.error_db is None else fidelity_for(scene, self.error_db)
+        return Simulator(scene, fidelity, self.seed, self.threads, labels=self.labels)
+
+
+def simulator_options(options: argparse.Namespace, threads: int = 1, labels: bool = False) -> SimulatorOptions:
+    """Returns what the command line says about simulators."""
+    return SimulatorOptions(options.fidelity, options.error_db, options.seed, threads, labels)

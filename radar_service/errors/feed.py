@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.errors.noise import draws
-from radar_service.errors.sensors import is_lost
+from radar_service.errors.sensors import draws, is_lost
 from radar_service.numerics.random import FEED
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.radar.parameters import Radar, in_sector

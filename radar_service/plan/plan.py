@@ -1,4 +1,7 @@
-"""The plan of a scene at a fidelity: what is modelled, what is not and why, with errors, costs and what backs its figures."""
+"""The plan of a scene at a fidelity: what is modelled, what is not and why, with errors, costs and what backs its figures.
+
+A pace is kept on one machine; the error budget of the result pins it, and gives the same bytes anywhere.
+"""
 
 import json
 import math
@@ -9,16 +12,21 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from radar_service.engine.land_rows import is_diffuse_land
+from radar_service.engine.preparation import rests
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.plan.bodies import bodies
-from radar_service.plan.body_errors import aspects_db
-from radar_service.plan.budget import ErrorBudget
+from radar_service.numerics.types import Floats, Indices
+from radar_service.plan.body_errors import aspects_db, body_error
+from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.effects import effects
 from radar_service.plan.settings_search import (
     all_rests,
     fidelity_for,
     moving_db,
     multipath_db,
+    relative_cost,
     resting_db,
 )
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
@@ -27,6 +35,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
 from radar_service.scattering.models import scattering_model
+from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Body
 from radar_service.world.materials import is_land, is_metal
 from radar_service.world.scene import Scene
@@ -37,6 +46,8 @@ STAGE = {"looks": "visibility"}  # as text; the other costs have the names of th
 NOTHING_KNOWN = EngineStatistics()
 ROUNDING = 1.02  # of an error budget: more is beyond it
 TABLE = Path(__file__).with_name("believed.toml")
+NEVER_VISIBLE = "never visible: other bodies at rest occlude it, or it is out of range"
+WORTH_TRYING = 0.8  # of the pace: a budget whose estimate reaches this share of it is planned and measured
 
 
 @dataclass(frozen=True)
@@ -227,3 +238,126 @@ def _kind(body: Body) -> str:
     if not scattering_model(body).by_aspect or not body.is_vessel:
         return "other bodies"
     return "metal ships" if is_metal(body.material) else "boats"
+
+
+def bodies(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:
+    """The items of all bodies, in their order."""
+    costs = _microseconds(scene, fidelity, statistics)
+    return [_body(key, scene, fidelity, statistics, costs[key]) for key in range(len(scene.bodies))]
+
+
+def _microseconds(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[float | None]:
+    """CPU time of each body while the radar turns [us]: moving bodies share that of moving echoes by their echoes, and those
+    whose echoes depend on aspect that of their aspects."""
+    if statistics.costs is None or statistics.bodies is None:
+        return [None] * len(scene.bodies)
+    moving = np.array([not rests(body, scene, fidelity) for body in scene.bodies], dtype=np.bool_)
+    by_aspect = np.array([scattering_model(body).by_aspect for body in scene.bodies], dtype=np.bool_)
+    echoes = np.where(moving, statistics.bodies.echoes, 0)
+    shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * by_aspect))
+    return [float(time) for time in shares[0] + shares[1]]
+
+
+def _shared(cost: float, count: Indices) -> Floats:
+    """A cost shared (B,) by counts (B,)."""
+    return np.asarray(count * (cost / max(int(count.sum()), 1)))
+
+
+def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics, microseconds: float | None) -> PlanItem:
+    body = scene.bodies[key]
+    what = f"body {body.name}"
+    if fidelity.engine == "documented":
+        how = "one hit per azimuth" if body.mesh is None else f"rays against {len(body.mesh.faces)} triangles"
+        return PlanItem(what, True, how)
+    if key in statistics.culled:
+        culled = statistics.culled[key]
+        shadow = "; still occludes what is behind it" if culled.occludes else ""
+        return PlanItem(what, False, culled.reason + shadow, culled.error_db)
+    if statistics.bodies is not None and rests(body, scene, fidelity) and not statistics.bodies.echoes[key]:
+        return PlanItem(what, False, NEVER_VISIBLE, 0.0, microseconds=0.0)
+    model = scattering_model(body, fidelity.sampler)
+    scatterers = None if statistics.bodies is None else int(statistics.bodies.scatterers[key])
+    conditions = Conditions.of_scene(scene, fidelity, scatterers)
+    how = model.description(body, conditions, _computed(body, scene, fidelity, statistics))
+    error = body_error(body, scene, fidelity, scatterers)
+    text = "; ".join((how + _counted_of(body, key, statistics), *error.remarks))
+    return PlanItem(what, True, text, error.power_db, error.field_db, microseconds)
+
+
+def _computed(body: Body, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> str:
+    """How often a body is computed, as text."""
+    if rests(body, scene, fidelity):
+        return "computed once"
+    on_grid = statistics.land_border is not None and is_diffuse_land(body, fidelity)
+    return "computed once a passage" if on_grid else "computed at each azimuth"
+
+
+def _counted_of(body: Body, key: int, statistics: EngineStatistics) -> str:
+    """Scatterers and echoes of a body as text, once they are known."""
+    if statistics.bodies is None:
+        return ""
+    scatterers, echoes = int(statistics.bodies.scatterers[key]), int(statistics.bodies.echoes[key])
+    if scatterers == 1:
+        size = "a point" if body.mesh is None else "smaller than a resolution cell: a point"
+        return f"; {size}" if echoes else f"; {size}, not visible now"
+    return f"; {scatterers} points, {echoes} echoes" if scatterers else f"; {echoes} echoes"
+
+
+def plan_in_time(
+    scene: Scene, factor: float, planned: Callable[[Fidelity], Plan], requested: ErrorBudget | None = None
+) -> Plan:
+    """The plan of the most accurate fidelity that runs `factor` simulated seconds per second on one thread here.
+
+    planned: returns the plan of the scene at a fidelity, with measured costs.
+    requested: the error budget to prefer. If it is too slow, a larger one replaces it, and a caveat says so.
+    Where no budget is fast enough, the largest one is planned, and a caveat says so.
+    """
+    first = planned(fidelity_for(scene, requested or ErrorBudget()))
+    if requested is not None and _is_fast_enough(first, factor):
+        return first
+    steps = [step for step in STEPS_DB if requested is None or step > requested.target_db]
+    tried = [] if requested is None else [first]
+    for step in steps:
+        if step != steps[-1] and estimated_factor(scene, first, step) < WORTH_TRYING * factor:
+            continue
+        tried.append(planned(fidelity_for(scene, ErrorBudget(step))))
+        if _is_fast_enough(tried[-1], factor):
+            break
+    return _with_caveats(tried[-1], factor, () if requested is None else tried[:1])
+
+
+def estimated_factor(scene: Scene, known: Plan, step: float) -> float:
+    """The pace at another error budget `step` [dB], estimated from the measured costs of a known plan.
+
+    Gridding costs grow with scatterers and beam extent, visibility updates with scatterers and their number per scan. Physical
+    optics is evaluated as the beam passes, as often whatever the budget.
+    """
+    assert known.costs is not None
+    old, new = (fidelity_for(scene, ErrorBudget(budget)) for budget in (known.settings["error_db"], step))
+    scatterers = new.scatterers_per_cell / old.scatterers_per_cell
+    gridding = scatterers * relative_cost(scene.radar, new) / relative_cost(scene.radar, old)
+    updates = scatterers * old.visibility_step / new.visibility_step
+    changed = replace(known.costs, moving=known.costs.moving * gridding, looks=known.costs.looks * updates)
+    return scene.radar.spoke_period / (changed.total * 1e-6)
+
+
+def _is_fast_enough(plan: Plan, factor: float) -> bool:
+    assert plan.realtime_factor is not None
+    return plan.realtime_factor >= factor
+
+
+def _with_caveats(plan: Plan, factor: float, refused: Sequence[Plan]) -> Plan:
+    """The plan with caveats about its pace, and about the plans refused as too slow."""
+    caveats, budget = list(plan.caveats), plan.settings["error_db"]
+    for slow in refused:
+        caveats.append(
+            f"an error budget of {slow.settings['error_db']:g} dB cannot run at {factor:g} x real time on this machine: "
+            f"it would run at {slow.realtime_factor:.3g}"
+        )
+    if not _is_fast_enough(plan, factor):
+        caveats.append(
+            f"{factor:g} x real time is not possible on this machine: {plan.realtime_factor:.3g} with the coarsest methods; "
+            "use fewer azimuths, a shorter range, fewer bodies or less clutter"
+        )
+    caveats.append(f"chosen for the speed of this machine; --error-db {budget:g} gives the same bytes on any")
+    return replace(plan, caveats=tuple(caveats))

@@ -1,10 +1,14 @@
-"""The application: the routes of all ports, the documentation and the page, behind the security checks.
+"""The application: the routes of all ports, documentation and page behind security checks; and the server that runs it.
 
 The documentation is Swagger UI, whose files come from the package fastapi-offline. It loads nothing from other servers and has no
 inline scripts, so the server's content security policy holds.
 """
 
-from collections.abc import AsyncIterator, Sequence
+import argparse
+import asyncio
+import gc
+import signal
+from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import asynccontextmanager
 from importlib import metadata, resources
 
@@ -14,9 +18,16 @@ from starlette.routing import Route
 from starlette.staticfiles import StaticFiles
 
 from radar_service.ports.feed.feed_socket import FeedPort
-from radar_service.ports.http.requests import Requests, RequestsMiddleware
 from radar_service.ports.http.security import SecurityMiddleware
-from radar_service.ports.port import Service
+from radar_service.ports.http.server import (
+    MAX_CONNECTIONS,
+    Requests,
+    RequestsMiddleware,
+    Server,
+    configuration,
+    listening_socket,
+)
+from radar_service.ports.port import Port, Service
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
 from radar_service.ports.rest.answers import add_exception_handlers
@@ -24,11 +35,16 @@ from radar_service.ports.rest.body_limits import BodyLimitMiddleware
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.roles import Roles, needs
 from radar_service.processes.fork_server import ForkServer
+from radar_service.processes.stop_signals import STOP_SIGNALS
 from radar_service.scene_file.document import packaged_folder
 from radar_service.service.access import Access, Tickets
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.preparation import Preparations
+from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.station import Station, Stations
+from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
+from radar_service.service.settings import Pace, Settings
+from radar_service.service.spokes import whole_second
 
 OPENAPI = "/api/openapi.json"
 PAGE = """<!doctype html>
@@ -158,3 +174,47 @@ def add_docs(app: FastAPI) -> None:
     app.add_api_route("/docs/start.js", start, include_in_schema=False)
     files = resources.files("fastapi_offline").joinpath("static")
     app.mount("/docs/files", needs("nothing")(StaticFiles(directory=str(files))))
+
+
+def run(
+    options: argparse.Namespace, access: Access, scenes: Callable[[], Sequence[Sequence[SceneSpokeSource]]],
+    make: MakeSpokeSource, fork_server: ForkServer, ports: Sequence[Port], station_type: type[Station] = Station,
+) -> int:  # fmt: skip
+    """Serves the radars of all scenes until stopped; returns the exit status. Raises OSError where it cannot listen,
+    UndeclaredRoleError for a route of a port, SceneError where two radars have the same id, and UsageError where the options of
+    a port do not suit the radars.
+
+    options: of the command `serve`; scenes: waits for the radars of each scene, which prepare while the application is put
+    together; make, fork_server: start further scenes and other processes.
+    """
+    refused, requests, stations, host = Refusals(), Requests(), Stations(), PortHost(ports)
+    app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
+    config = configuration(app, connections=options.connections or MAX_CONNECTIONS, refused=refused)
+    server = Server(config, stations.stop, lambda: None, requests)
+    settings = Settings(pace=Pace("run", options.pace))
+    start_utc = options.start_utc or whole_second()
+    for number, radars in enumerate(scenes()):
+        group = RadarGroup(number)
+        for identity, radar in zip(group.identities_in(radars[0].info.scene), radars, strict=True):
+            station = station_type(
+                identity, radar, make, settings=settings, allow_truth=options.truth, group=group,
+                wait_for=options.wait_for, sinks=host.sinks(identity), recorded=host.sources,
+                start_utc=start_utc,
+            )  # fmt: skip
+            stations.add(station)
+    host.check(stations)
+    return _run(server, stations, options)
+
+
+def _run(server: Server, stations: Stations, options: argparse.Namespace) -> int:
+    listener = listening_socket(options.host, options.port)
+    if options.exit_when_failed:
+        for station in stations.values():
+            station.failed = server.give_up
+    for signal_number in STOP_SIGNALS:  # uvicorn stops at either, and raises it again after its end
+        signal.signal(signal_number, lambda *_: server.stop())
+    gc.freeze()  # objects that live as long as the service are not searched again and again, 50 ms at a time
+    gc.enable()
+    with asyncio.Runner(loop_factory=server.config.get_loop_factory()) as runner:
+        runner.run(server.serve(sockets=[listener]))
+    return 0 if server.started and not server.gave_up else 1

@@ -33,7 +33,7 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.document import model_and_folder, model_at_range, radar_table
 from radar_service.scene_file.error_tables import error_tables
 from radar_service.service.codecs.native import messages
-from radar_service.service.codecs.native.source_fields import source_fields
+from radar_service.service.codecs.native.views import source_fields
 from radar_service.service.feed_request import View
 from radar_service.service.logs import log_event
 from radar_service.service.radio.last_scan import LastScan, draw

@@ -13,8 +13,7 @@ import numpy as np
 from radar_service import wire
 from radar_service.numerics.types import Floats
 from radar_service.receive.detection import square_law
-from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.epochs import epochs_of
+from radar_service.recording.chunk_table import ChunkTable, epochs_of
 from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
 from radar_service.records.cell_sources import SourceList

@@ -17,7 +17,7 @@ from radar_service.records.reports import Readings
 from radar_service.records.spokes import SpokeBlock, regrouped
 from radar_service.records.truth import OwnShipTruth
 from radar_service.scans.sector import Sector
-from radar_service.simulation.source_tiles import SourceTile
+from radar_service.simulation.engine_set_up import SourceTile
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.world.commands import Command
 from radar_service.world.steering import Steering

@@ -21,7 +21,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.processes.channel import CAN_FORK, Channel, first_ready, forked, portable
 from radar_service.records.cell_sources import SourceRequest
-from radar_service.simulation.source_tiles import SourceTile, SourceTiles
+from radar_service.simulation.engine_set_up import SourceTile, SourceTiles
 from radar_service.simulation.tile_sender import Computed, TileSender
 from radar_service.trace.embree import TREES
 from radar_service.world.commands import Command

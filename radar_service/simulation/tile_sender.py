@@ -13,7 +13,7 @@ from time import monotonic
 from typing import NamedTuple
 
 from radar_service.processes.channel import Channel
-from radar_service.simulation.source_tiles import SourceTile
+from radar_service.simulation.engine_set_up import SourceTile
 
 BYTES_AHEAD = 32 * 2**20  # of field and power in tiles that wait
 STEERED_AHEAD, STEERED_SECONDS = 2, 1.0  # tiles that wait for so long after an order: the next command may drop them again

@@ -22,8 +22,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
 from radar_service.sources.numbers import BODY, FAINT, source_numbers
-from radar_service.sources.resting import RestingField, resting_fields, resting_numbers
-from radar_service.sources.rows import WindowedSources, source_rows
+from radar_service.sources.rows import RestingField, WindowedSources, resting_fields, resting_numbers, source_rows
 
 Cells = NDArray[np.int32]
 EVERY = slice(None)

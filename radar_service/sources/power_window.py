@@ -21,8 +21,7 @@ from radar_service.receive.compression import receiver_noise_power
 from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf
 from radar_service.sources.numbers import NOISE
-from radar_service.sources.resting import RestingField, resting_field, resting_numbers
-from radar_service.sources.rows import source_rows
+from radar_service.sources.rows import RestingField, resting_field, resting_numbers, source_rows
 
 RESTING_BYTES = 2**29  # of fields at rest, and of their powers, that are kept
 TILE_BYTES = 2**28  # of tiles that are kept, since neighbouring crossings share them

@@ -17,8 +17,7 @@ from radar_service.scene_file.document import scene_content, scene_path, validat
 from radar_service.scene_file.key_paths import put
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.model.platform import radar_entries
-from radar_service.sweep.runs import Runs, SweepRun
-from radar_service.sweep.spec import KeyValues, SweepError, SweepSpec, load_spec
+from radar_service.sweep.spec import KeyValues, Runs, SweepError, SweepRun, SweepSpec, load_spec
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.world.error import SceneError
 from radar_service.world.scene import Scene, known_radar

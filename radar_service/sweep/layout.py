@@ -12,8 +12,7 @@ from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
 from radar_service.sources.numbers import source_names
 from radar_service.sweep.inputs import Inputs
-from radar_service.sweep.runs import SweepRun
-from radar_service.sweep.spec import SweepError
+from radar_service.sweep.spec import SweepError, SweepRun
 from radar_service.sweep.variables import Variable, bins_of, variables
 from radar_service.world.scene import Scene
 

@@ -14,8 +14,7 @@ from radar_service.numerics.result_cache import ResultCache
 from radar_service.simulator import Simulator
 from radar_service.sweep.inputs import Inputs, program
 from radar_service.sweep.layout import StoreLayout
-from radar_service.sweep.runs import SweepRun
-from radar_service.sweep.spec import SweepError
+from radar_service.sweep.spec import SweepError, SweepRun
 from radar_service.sweep.store import SweepStore, held, lay_out
 from radar_service.sweep.variables import ScanReader
 from radar_service.terminal.output_files import NO_ROOM, named_errors

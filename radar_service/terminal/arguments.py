@@ -2,8 +2,10 @@
 
 import argparse
 import contextlib
+import difflib
 import math
 import os
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -17,6 +19,12 @@ MAX_THREADS = 64  # one tile each: a scan has few more
 
 class UsageError(Exception):
     """A command line that cannot run. Its text names the remedy."""
+
+
+def did_you_mean(name: str, known: Iterable[str]) -> str:
+    """Returns the end of a sentence with the nearest of known names; "" where none is near."""
+    nearest = difflib.get_close_matches(name, known, n=1)
+    return f"; did you mean {nearest[0]}?" if nearest else ""
 
 
 def pace(text: str) -> float:

@@ -1,12 +1,22 @@
 """Ground truth: the state of own ship and of every body at an instant, and whether the antenna has a line of sight to it.
 
 A body in plain sight is told by its outermost vertices. What others hide in part is asked in points of its faces.
+
+Truth files are JSON Lines: a header, and for each scan its crossings and a snapshot of all bodies at its end. SI units and
+radians, bearings clockwise from true north; the keys are the fields of `records.truth.Crossing` and `records.truth.Snapshot`.
+Each line has a `type`: header, crossing or snapshot. Absent values are null. The hash of a scene is of all that it contains: two
+scenes with equal hashes give the same truth and the same spokes.
 """
 
+import hashlib
+import json
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from functools import cached_property, partial
+from importlib.metadata import version
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +28,7 @@ from radar_service.numerics.types import Flags, Floats, Indices
 from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
 from radar_service.propagation.radar_equation import radar_two_rays
 from radar_service.radar.parameters import horizon
-from radar_service.records.truth import BodyTruth, Truth
+from radar_service.records.truth import BodyTruth, Crossing, Snapshot, Truth
 from radar_service.scattering.models import height_over_horizon, scattering_model
 from radar_service.scattering.surface_sampling import R2, normals_and_areas, points_in_triangles
 from radar_service.stages.points import observed_offset
@@ -43,6 +53,7 @@ MAX_SURFACES = 512  # whose points are kept: 130 KB each
 Candidates = tuple[
     Floats, Callable[[Indices], Flags]
 ]  # points (W, 3) on the map [m], and which of them, by index, are visible
+SCHEMA = 1  # version of these keys
 
 
 class GroundTruth:
@@ -251,3 +262,81 @@ class SurfaceSearch:
 
 def _chosen(points: SurfacePoints, which: Indices) -> SurfacePoints:
     return SurfacePoints(points.body[which], points.triangle[which], points.position[which])
+
+
+def scene_hash(scene: Scene) -> str:
+    """Returns the SHA-256 of a scene's world, radar, platform, effects and errors, as hexadecimal digits.
+
+    The key of its random numbers belongs to it. A field of a record that was added later says so in its metadata, as "added";
+    while it has its default it adds nothing, so scenes that do not use it keep their hash. Nor does one that says "derived", as
+    it follows from others.
+    """
+    digest = hashlib.sha256()
+    errors = () if scene.errors is None else (scene.errors,)
+    effects = dict(scene.effects)
+    interference = effects.pop("interference", ())  # which every hash had before effects had names
+    for part in (scene.world, scene.radar, scene.platform, interference, *errors, *scene.random_key):
+        _add(digest, part)
+    _add_named(digest, effects)
+    return digest.hexdigest()
+
+
+def _is_default(content: Any, default: Any) -> bool:
+    """Whether a field has its default; arrays are not compared."""
+    return content is default or (isinstance(content, str | float | tuple) and content == default)
+
+
+def _add(digest: Any, value: Any) -> None:
+    """Adds a value, whose type and size come first, so that neighbours cannot be mistaken for each other."""
+    digest.update(f"{type(value).__qualname__}:".encode())
+    if isinstance(value, np.ndarray):
+        digest.update(f"{value.dtype.str}{value.shape}".encode() + np.ascontiguousarray(value).tobytes())
+    elif is_dataclass(value):
+        for field in fields(value):
+            content = getattr(value, field.name)
+            if isinstance(content, Mapping):
+                _add_named(digest, content)
+                continue
+            if "derived" in field.metadata or "added" in field.metadata and _is_default(content, field.default):
+                continue
+            digest.update(f"{field.name}=".encode())
+            _add(digest, content)
+    elif isinstance(value, tuple | list):
+        digest.update(f"{len(value)},".encode())
+        for item in value:
+            _add(digest, item)
+    elif value is None or isinstance(value, bool | int | float | str):
+        digest.update(f"{value!r};".encode())
+    else:
+        raise TypeError(f"a scene has a {type(value).__name__}, which has no hash yet")
+
+
+def _add_named(digest: Any, records: Mapping[str, Any]) -> None:
+    """Adds records by their names, in the order in which effects add; none adds nothing."""
+    for name, record in records.items():
+        digest.update(f"{name}=".encode())
+        _add(digest, record)
+
+
+def header(scene: Scene, seed: int, fidelity: str) -> dict[str, Any]:
+    """Returns the first line of a truth file. The same scene, seed and fidelity give the same truth."""
+    radar = scene.radar
+    return {
+        "type": "header", "schema": SCHEMA, "version": version("radar-service"), "scene": scene.name,
+        "scene_hash": scene_hash(scene), "seed": seed, "fidelity": fidelity,
+        "radars": [
+            {"id": scene.radar_id, "azimuths": radar.azimuths, "rotation_period": radar.rotation_period, "bins": radar.bins,
+             "range_first": radar.range_step / 2.0, "range_step": radar.range_step, "beamwidth": radar.beamwidth,
+             "frequency": radar.frequency},
+        ],
+    }  # fmt: skip
+
+
+def truth_lines(crossings: Iterable[Crossing], snapshot: Snapshot) -> list[str]:
+    """Returns the lines of one scan."""
+    return [truth_line(crossing.as_dict()) for crossing in crossings] + [truth_line(snapshot.as_dict())]
+
+
+def truth_line(content: Mapping[str, Any]) -> str:
+    """Returns the line of a header, a crossing or a snapshot."""
+    return json.dumps(content, allow_nan=False) + "\n"

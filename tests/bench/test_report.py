@@ -88,10 +88,16 @@ def test_failed_runs_are_listed_with_scan_status_and_last_line() -> None:
     made = report({"small": Scenario(**{**SMALL, "limit": LIMITS})}, {"small": runs}, "mine")
     lines = verdict_table(made).splitlines()
     assert "small, seed 4: failed at scan 7: it has ended; exit status -11; it said: Segmentation <fault>" in lines
-    assert lines[-1] == "small: 2 more failed runs"
+    assert lines[-1] == f"the worst run again: {made['sheet']['again']} --seed 0"
+    assert lines[-2] == "small: 2 more failed runs" and not any("at most" in line for line in lines)
+    assert (
+        lines[1]
+        == f"small: the tracker failed in all 7 runs, and so misses all {len(made['scenarios'][0]['verdicts'])} limits"
+    )
     assert summary_table(made).splitlines()[2].strip().startswith("failed at scan 7: it has ended; exit status -11")
     text = page(made, {"small": None})
     assert 0 < text.index("Segmentation &lt;fault&gt;") < text.index("<h2")  # in the summary
+    assert "<p>the tracker failed in all 7 runs" in text and "at most" not in text
     assert all(verdict["failures"] == 7 for verdict in made["scenarios"][0]["verdicts"])
 
 

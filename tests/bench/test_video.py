@@ -156,5 +156,5 @@ def test_an_extractor_is_judged_by_its_plots(tmp_path: Path, monkeypatch: pytest
 
 
 def test_a_recording_has_no_video() -> None:
-    with pytest.raises(ScenarioError, match="real/autoferry-2: its plots are recorded, without video"):
+    with pytest.raises(ScenarioError, match="real/autoferry-2: its plots are recorded; leave --input video out"):
         with_video(load_scenario("real/autoferry-2"))

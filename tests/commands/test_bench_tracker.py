@@ -46,7 +46,7 @@ def test_a_run_writes_a_report_and_compares(tmp_path: Path, capsys: pytest.Captu
         (["crossing-cpa-500", "-o", "x", "--tracker", "no-such-program --x"], "could not be started"),
         (["crossing-cpa-500", "-o", "x", "--answers", "plots"], "they are of the video; give --input video too"),
         (["crossing-cpa-500", "-o", "x", "--input", "video", "--answers", "ttm"], "a program that writes TTM"),
-        (["real/autoferry-2", "-o", "x", "--input", "video"], "its plots are recorded, without video"),
+        (["real/autoferry-2", "-o", "x", "--input", "video"], "its plots are recorded; leave --input video out"),
         (["--compare", "a.json", "b.json"], "a.json: No such file"),
     ],
 )
@@ -108,24 +108,25 @@ def test_failed_runs_are_recorded_about_their_gravest_event(
     (tmp_path / "none.py").write_text("class T:\n    def update(self, scan):\n        return []\n")
     (tmp_path / "small.toml").write_text(FILE.format(scans=14))
     monkeypatch.chdir(tmp_path)
-    command = [
-        "bench-tracker",
-        "small.toml",
-        "--seeds",
-        "2",
-        "--jobs",
-        "1",
-        "--tracker",
-        "none:T",
-        "-o",
-        "out",
-        "--record",
-        "--open",
-    ]
-    assert main(command) in (1, UNDECIDED)
+    command = ["bench-tracker", "small.toml", "--jobs", "1", "--tracker", "none:T", "-o", "out", "--record", "--open"]
+    assert main([*command, "--seeds", "2"]) in (1, UNDECIDED)
     assert "scans 7 to 11: radar-service replay out/small-seed-1.mcap" in capsys.readouterr().out
     simulator = simulator_of(load_scenario("small.toml"), 1)
     simulator.skip_to(7)
     scans = list(read(Path("out/small-seed-1.mcap")).scans())
     assert [scan.number for scan in scans] == [7, 8, 9, 10, 11]
     assert np.array_equal(scans[0].field, simulator.scan().field)
+
+
+def test_one_run_is_made_again_by_its_seed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By the command that a blind report tells."""
+    command = faulty(tmp_path, monkeypatch)
+    assert main([*command, "--smoke", "--seeds", "1"]) == 1
+    again = capsys.readouterr().out.splitlines()[-2].removeprefix("the worst run again: radar-service ")
+    (scenario,) = json.loads(Path("out/report.json").read_text())["scenarios"]
+    assert main(again.split()) == 1
+    one = json.loads(Path("again/report.json").read_text())
+    assert one["scenarios"][0]["failed_runs"] == scenario["failed_runs"]
+    assert one["sheet"]["again"].endswith(f" --seed {scenario['seeds'][0]}")

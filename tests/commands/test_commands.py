@@ -14,8 +14,7 @@ from PIL import Image
 import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.believed.verdicts import PAGE
-from radar_service.commands.shared_options import service_groups
-from radar_service.commands.simulator_options import SimulatorOptions
+from radar_service.commands.shared_options import SimulatorOptions, service_groups
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan.budget import ErrorBudget
 from radar_service.study import stability

@@ -9,7 +9,7 @@ import pytest
 from radar_service.__main__ import main
 from radar_service.display.video import Controls
 from radar_service.ports.asterix.asterix_port import PlotSink, VideoSink
-from radar_service.ports.asterix.video_blocks import Form
+from radar_service.ports.asterix.blocks import Form
 from radar_service.ports.dialect.announcements import Announcements, DialectSink, Senders
 from radar_service.ports.garmin_xhd.datagrams import XHD
 from radar_service.ports.navico_halo.datagrams import HALO

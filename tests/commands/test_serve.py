@@ -101,7 +101,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         return FastAPI()
 
     monkeypatch.setattr(Server, "serve", at_once)
-    monkeypatch.setattr("radar_service.ports.running.create_app", app)
+    monkeypatch.setattr("radar_service.ports.app.create_app", app)
     monkeypatch.setattr("signal.signal", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.service.logs.configure", lambda style: None)
@@ -169,7 +169,7 @@ def test_a_start_waits_for_no_module_that_it_does_not_need() -> None:
     scenes, others = imported(SCENES_NEED, OTHERS_NEED)
     assert not ({"fastapi", "uvicorn"} | NOT_AT_A_START) & scenes
     assert {"pyproj", "scipy.interpolate", "trimesh", "PIL"} <= others
-    (serving,) = imported(("radar_service.__main__", "radar_service.ports.running"))
+    (serving,) = imported(("radar_service.__main__", "radar_service.ports.app"))
     assert not ({"scipy", "embreex", "radar_service.simulator"} | NOT_AT_A_START) & serving
 
 

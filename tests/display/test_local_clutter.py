@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.display.local_clutter import (
+from radar_service.display.video import (
     AUTO_PFA,
     MARGIN_DB,
     RANK,

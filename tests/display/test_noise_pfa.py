@@ -7,8 +7,7 @@ import pytest
 import scipy.stats
 
 import radar_service as rs
-from radar_service.display.local_clutter import AUTO_PFA, MARGIN_DB, margin_db
-from radar_service.display.video import PFA, Controls, display_video, layout
+from radar_service.display.video import AUTO_PFA, MARGIN_DB, PFA, Controls, display_video, layout, margin_db
 from radar_service.numerics.gamma_law import known_level_factor
 from tests.scenes import averaging, scene
 

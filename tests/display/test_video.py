@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import radar_service as rs
-from radar_service.display.local_clutter import MARGIN_DB, clutter_level
 from radar_service.display.video import (
     DB_PER_STEP,
+    MARGIN_DB,
     Controls,
+    clutter_level,
     decibels,
     display_video,
     layout,

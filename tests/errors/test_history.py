@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from radar_service.errors.history import ReadingsHistory
 from radar_service.records.reports import Readings
+from radar_service.service.radio.error_stage import ReadingsHistory
 
 
 def readings(first: int, count: int) -> Readings:

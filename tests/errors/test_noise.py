@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.errors.noise import BLOCK, SINUSOIDS, SensorNoise, draws
+from radar_service.errors.sensors import BLOCK, SINUSOIDS, SensorNoise, draws
 
 SEEDS, SIGMAS = 3000, 4.4
 TIME = 30.0  # s, the correlation time

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.errors.noise import SensorNoise
-from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, AntennaLaw, SensorLaws, backlash, is_lost
+from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, AntennaLaw, SensorLaws, SensorNoise, backlash, is_lost
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.reports import Readings

@@ -25,8 +25,7 @@ from typing import cast
 
 from radar_service import wire
 from radar_service.ports.app import create_app
-from radar_service.ports.http.requests import Requests
-from radar_service.ports.http.server import Server, configuration, listening_socket
+from radar_service.ports.http.server import Requests, Server, configuration, listening_socket
 from radar_service.service.fanout.hub import EncodedBatch
 from radar_service.service.feed_request import View
 from radar_service.service.radio.station import Station, Stations

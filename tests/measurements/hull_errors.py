@@ -23,13 +23,12 @@ import radar_service as rs
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.cast_shadows import Onlooker
-from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
+from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scattering.physical_optics.model import OpticalBody
-from radar_service.scattering.physical_optics.patches import outward_side
-from radar_service.scattering.physical_optics.path_centres import PATHS
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
-from radar_service.scattering.physical_optics.plane_echoes import PlaneOptics, Wave
+from radar_service.scattering.physical_optics.plane_echoes import EdgeLimits, PlaneOptics, Wave
+from radar_service.scattering.physical_optics.scattering_centres import PATHS
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Mesh
 from radar_service.world.hull_types import hull_mesh

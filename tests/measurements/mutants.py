@@ -9,18 +9,16 @@ the file that mirrors the module, then, where it survives, others, with those of
 `pytest --cov --cov-context=test` writes; without it, and for lines that run at import, they are those of the module's folder.
 With --against, the mutants that the tests of that tree kill are what the tests of this one must kill. --list runs those of a
 file, tests/measurements/mutants.txt by default, and writes each verdict there; `--only new` goes on after an end before time.
-`equal` ones, which alter nothing for the reason beside them, are not run. Exits with 1 where one that was killed survives.
+`equal` ones alter nothing that is promised, for the reason beside them, and are not run. Exits with 1 where one that was killed
+survives. Equal modules and seeds give equal mutants.
 """
 
 import argparse
 import ast
 import copy
-import os
 import random
 import re
-import resource
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -38,8 +36,8 @@ ROOT = Path(__file__).parents[2]
 LISTED = Path(__file__).with_suffix(".txt")
 MOST = 80  # tests of a mutant: a line that nearly all tests run is checked by the nearest of them
 LIMIT_S, LIMIT_CPU_S = 300, 60  # for the tests of a mutant, which may wait or compute for ever; it is killed then
-PASSED = 0  # exit code of pytest
-FAILURE = re.compile(r"^(?:FAILED|ERROR) (\S.*?)(?: - |$)", re.MULTILINE)  # in the summary of pytest
+PASSED = (0, 5)  # exit codes of pytest; 5: all tests are studies
+FAILURE = re.compile(r"^(?:FAILED|ERROR) ([^\s\[]+(?:\[.*?\])?)(?: - |$)", re.MULTILINE)  # in the summary of pytest
 SWAPS: dict[type[ast.AST], Any] = {
     ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq,
     ast.Is: ast.IsNot, ast.IsNot: ast.Is, ast.In: ast.NotIn, ast.NotIn: ast.In, ast.And: ast.Or, ast.Or: ast.And,
@@ -102,11 +100,13 @@ def listed(text: str) -> Iterator[tuple[str, Mutant | None, str]]:
         yield verdict, min(same, key=lambda found: abs(found.line - int(line)), default=None), what.strip()
 
 
-def nearest(tests: Iterable[str], module: Path) -> list[str]:
-    """Returns MOST of some tests: those of the file that mirrors a module first, then those of its folder."""
+def nearest(tests: Iterable[str], module: Path) -> tuple[list[str], list[str]]:
+    """Returns MOST of some tests: those of the files that mirror a module, and others, those of its folder first."""
     files = [path.relative_to(ROOT).as_posix() for path in mirrored(module)]
     folder = files[0].rpartition("/")[0]
-    return sorted(tests, key=lambda test: (test.split("::")[0] not in files, not test.startswith(folder), test))[:MOST]
+    ordered = sorted(tests, key=lambda test: (test.split("::")[0] not in files, not test.startswith(folder), test))[:MOST]
+    count = sum(test.split("::")[0] in files for test in ordered)
+    return ordered[:count], ordered[count:]
 
 
 class Copy:
@@ -117,36 +117,29 @@ class Copy:
         shutil.copytree(ROOT, folder, ignore=unneeded)
         shutil.copytree(tests / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
         self.folder, self.also, self.covered = folder, also, covered
-        self.passes = cache(self._passes)
+        self.passes = cache(lambda tests: not self.failing(tests))
 
     def tests_of(self, module: Path, line: int) -> Iterator[tuple[str, ...]]:
-        """Yields those of the file that mirrors a module, and those farther away with those of --also, that run a line of it."""
+        """Yields those of the file that mirrors a module that run its line, and others that do, with those of --also."""
         lines = self.covered.contexts_by_lineno(str(module)) if self.covered else {}
         running = {context.rpartition("|")[0] for context in lines.get(line, [])} - {""}
-        near = {path.relative_to(ROOT).as_posix() for path in mirrored(module)}
-        beside = {path.relative_to(ROOT).as_posix() for path in mirrored(module)[0].parent.glob("test_*.py")}
-        tests = [test for test in nearest(running or near | beside, module) if (self.folder / test.split("::")[0]).exists()]
-        yield tuple(test for test in tests if test.split("::")[0] in near)
-        yield tuple(test for test in [*tests, *self.also] if test.split("::")[0] not in near)
+        files = {
+            path.relative_to(ROOT).as_posix() for path in [*mirrored(module), *mirrored(module)[0].parent.glob("test_*.py")]
+        }
+        there = [test for test in running or files if (self.folder / test.split("::")[0]).exists()]
+        near, others = nearest(there, module)
+        yield tuple(near)
+        yield (*others, *self.also)
 
     def failing(self, tests: tuple[str, ...]) -> tuple[str, ...]:
-        """The first of some tests that fails; all of them where pytest says none and does not pass, or does not end."""
-        command = [sys.executable, "-m", "pytest", "-q", "-x", "-rfE", "-n", "0", "-p", "no:cacheprovider", *tests]
-        with (
-            tempfile.TemporaryFile("w+") as said,
-            subprocess.Popen(command, cwd=self.folder, stdout=said, start_new_session=True) as running,
-        ):
-            resource.prlimit(running.pid, resource.RLIMIT_CPU, (LIMIT_CPU_S, LIMIT_CPU_S))
-            try:
-                code = running.wait(LIMIT_S)
-            except subprocess.TimeoutExpired:
-                os.killpg(running.pid, signal.SIGKILL)
-                return tests
+        """The first of some tests that fails; all of them where pytest names none and does not pass, or does not end."""
+        limits = ["prlimit", f"--cpu={LIMIT_CPU_S}", "timeout", "-s", "KILL", str(LIMIT_S)]
+        options = ["-q", "-x", "-rfE", "-n", "0", "-p", "no:cacheprovider"]
+        with tempfile.TemporaryFile("w+") as said:
+            command = [*limits, sys.executable, "-m", "pytest", *options, *tests]
+            code = subprocess.run(command, cwd=self.folder, stdout=said).returncode
             said.seek(0)
-            return () if code == PASSED else tuple(re.findall(FAILURE, said.read())) or tests
-
-    def _passes(self, tests: tuple[str, ...]) -> bool:
-        return not self.failing(tests)
+            return () if code in PASSED else tuple(re.findall(FAILURE, said.read())) or tests
 
     def verdict(self, made: Mutant) -> str:
         """`killed` or `survives`; `unclear` where no test is near, or what fails does so without the mutant too."""

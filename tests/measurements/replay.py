@@ -15,8 +15,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from radar_service.ports.app import create_app
-from radar_service.ports.http.requests import Requests
-from radar_service.ports.http.server import Server, configuration, listening_socket
+from radar_service.ports.http.server import Requests, Server, configuration, listening_socket
 from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.spokes import SpokeBlock

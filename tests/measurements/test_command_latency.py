@@ -18,7 +18,7 @@ from websockets.asyncio.client import ClientConnection, connect
 
 from radar_service import wire
 from radar_service.commands.serve import OTHERS_NEED, SCENES_NEED
-from radar_service.commands.simulator_options import SimulatorOptions
+from radar_service.commands.shared_options import SimulatorOptions
 from radar_service.ports.app import create_app
 from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer

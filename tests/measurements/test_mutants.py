@@ -53,8 +53,8 @@ def test_the_tests_nearest_to_a_module_run_first_and_are_not_too_many() -> None:
     module = ROOT / "radar_service" / "echo" / "moving.py"
     far = [f"tests/wire/test_format.py::test_{number}" for number in range(MOST)]
     own, beside = "tests/echo/test_moving.py::test_z", "tests/echo/test_echoes.py::test_a"
-    chosen = nearest([*far, beside, own], module)
-    assert chosen[:2] == [own, beside] and len(chosen) == MOST
+    near, others = nearest([*far, beside, own], module)
+    assert near == [own] and others[0] == beside and len(others) == MOST - 1
 
 
 def test_only_what_was_killed_can_be_lost() -> None:

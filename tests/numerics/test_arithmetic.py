@@ -20,8 +20,7 @@ from radar_service.numerics.arithmetic import arithmetic, dispatched, numpy_leve
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
-from radar_service.simulation.engine_set_up import EngineSetUp, engine_set_up
-from radar_service.simulation.source_tiles import SourceTiles
+from radar_service.simulation.engine_set_up import EngineSetUp, SourceTiles, engine_set_up
 from radar_service.sources.numbers import source_numbers
 from radar_service.sources.power_window import pulse_powers, scan_powers
 from radar_service.sources.radiometric import RadiometricTruth

@@ -4,7 +4,7 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,7 @@ from threadpoolctl import OpenBLASController, ThreadpoolController, threadpool_i
 
 import radar_service as rs
 from radar_service import __main__ as command_line
-from radar_service.engine import pipeline, preparation
-from radar_service.engine.documented import DocumentedEngine
+from radar_service.engine import pipeline
 from radar_service.numerics.parallel import BLAS_LIMIT, BlasLimit
 from radar_service.plan import cost_model
 from radar_service.simulation import engine_set_up
@@ -50,16 +49,6 @@ def small() -> rs.Scene:
     return scene([point("a", 0, 500), point("b", 300, 300, speed_kn=10)], radar={"azimuths": 120, "range_max_m": 1000})
 
 
-def watched(method: Callable[..., Any], seen: list[Numbers]) -> Callable[..., Any]:
-    """The method, which notes at each call the numbers of threads that it runs under."""
-
-    def call(*arguments: Any, **named: Any) -> Any:
-        seen.append(numbers())
-        return method(*arguments, **named)
-
-    return call
-
-
 def in_force(seen: list[Numbers]) -> bool:
     return bool(seen) and all(set(result.values()) == {1} for result in seen)
 
@@ -71,34 +60,20 @@ def fresh(script: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
-def test_import_and_simulation_leave_the_environment_alone() -> None:
+def test_import_and_simulation_leave_the_environment_and_the_libraries_alone() -> None:
+    """The libraries are set and restored; none is loaded after the limit is first held, with all that the code of ships, sea,
+    rain and optics imports when it is first called."""
     fresh("""
 import os
-before = dict(os.environ)
-import radar_service as rs
-assert dict(os.environ) == before, "import"
-rs.Simulator(rs.load_scene({"name": "empty"})).scan()
-assert dict(os.environ) == before, "simulation"
-""")
-
-
-def test_import_leaves_the_libraries_alone() -> None:
-    fresh("""
 import numpy, scipy.linalg
 from threadpoolctl import ThreadpoolController, threadpool_info
+before = dict(os.environ)
 for library in ThreadpoolController().lib_controllers:
     library.set_num_threads(3)
-before = threadpool_info()
-assert before and all(found["num_threads"] == 3 for found in before)
-import radar_service
-assert threadpool_info() == before
-""")
-
-
-def test_the_engine_loads_no_library_after_the_limit_is_first_held() -> None:
-    """Ships, sea, rain and optics, with all that their code imports when it is first called."""
-    fresh("""
+threads = threadpool_info()
+assert threads and all(found["num_threads"] == 3 for found in threads)
 import radar_service as rs
+assert dict(os.environ) == before and threadpool_info() == threads, "import"
 from radar_service.numerics.parallel import BLAS_LIMIT
 from tests.measurements.test_memory import everything
 made = everything()
@@ -108,39 +83,18 @@ for fidelity in ("auto", "documented"):
     sim = rs.Simulator(made, fidelity)
     next(sim.blocks())
     sim.plan
-from threadpoolctl import threadpool_info
 assert {found["filepath"] for found in threadpool_info() if found["user_api"] == "blas"} == limited != set()
+assert dict(os.environ) == before, "simulation"
 """)
 
 
-def test_limit_is_in_force_in_set_up_and_in_each_block(
-    host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    set_up: list[Numbers] = []
-    tiles: list[Numbers] = []
-    monkeypatch.setattr(engine_set_up, "prepare", watched(preparation.prepare, set_up))
-    monkeypatch.setattr(pipeline, "profiles", watched(pipeline.profiles, tiles))
-    sim = rs.Simulator(small)
-    assert in_force(set_up) and numbers() == host
-    for _ in sim.blocks(scans=2):
-        pass
-    assert in_force(tiles) and numbers() == host
-    sim.scan()
-    next(sim.spokes())
-    assert in_force(tiles)
-
-
-def test_limit_is_in_force_in_the_documented_fidelity_and_while_costs_are_measured(
-    host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_limit_is_in_force_while_costs_are_measured(host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In set-up, in each block and in the documented fidelity it is by tests/numerics/test_arithmetic.py."""
     seen: list[Numbers] = []
-    monkeypatch.setattr(DocumentedEngine, "azimuth_field", watched(DocumentedEngine.azimuth_field, seen))
-    rs.Simulator(small, "documented").scan()
-    assert in_force(seen) and numbers() == host
-    measured: list[Numbers] = []
-    monkeypatch.setattr(cost_model, "timed_costs", watched(cost_model.timed_costs, measured))
+    measure = cost_model.timed_costs
+    monkeypatch.setattr(cost_model, "timed_costs", lambda *given: (seen.append(numbers()), measure(*given))[1])
     assert rs.Simulator(small).plan.costs is not None
-    assert in_force(measured) and numbers() == host
+    assert in_force(seen) and numbers() == host
 
 
 def test_overlapping_simulators_keep_the_limit_until_the_last_one_ends(

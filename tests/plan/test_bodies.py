@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.plan.bodies import NEVER_VISIBLE, bodies
 from radar_service.plan.culling import CulledBody
+from radar_service.plan.plan import NEVER_VISIBLE, bodies
 from radar_service.plan.statistics import Costs, EngineStatistics, PerBody
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.plan_item import PlanItem

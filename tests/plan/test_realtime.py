@@ -7,10 +7,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.plan import realtime
+from radar_service.plan import plan as plans
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
-from radar_service.plan.plan import Plan
-from radar_service.plan.realtime import estimated_factor, plan_in_time
+from radar_service.plan.plan import Plan, estimated_factor, plan_in_time
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import Fidelity
 from tests.plan.scenes import HOUSE, WAY, made
@@ -41,7 +40,7 @@ def test_a_pace_out_of_reach_is_stated_with_the_pace_that_is_possible() -> None:
 
 
 def test_estimates_that_promise_too_much_are_not_believed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(realtime, "estimated_factor", lambda *_: np.inf)
+    monkeypatch.setattr(plans, "estimated_factor", lambda *_: np.inf)
     scene = made([point("t", 0, 800)], own_ship=WAY)
     plan = plan_in_time(scene, 1e9, lambda fidelity: rs.Simulator(scene, fidelity).plan)
     assert plan.settings["error_db"] == STEPS_DB[-1]

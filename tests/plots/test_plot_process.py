@@ -15,7 +15,7 @@ from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.plot_process import PlotProcess
 from radar_service.ports.asterix.asterix_port import PlotPort
-from radar_service.ports.asterix.video_blocks import Form
+from radar_service.ports.asterix.blocks import Form
 from radar_service.ports.port import Service
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import ForkServer

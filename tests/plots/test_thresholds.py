@@ -30,6 +30,7 @@ def noise(request: pytest.FixtureRequest) -> tuple[Radar, np.ndarray]:
     return sim.scene.radar, np.concatenate([sim.scan().power for _ in range(6 if request.param == 1 else 3)])
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("pfa", [1e-3, 1e-4])
 @pytest.mark.parametrize("make", [KnownThreshold, *CFARS])
 def test_noise_gives_the_requested_false_alarms(make: Any, pfa: float, noise: tuple[Radar, np.ndarray]) -> None:

@@ -11,8 +11,7 @@ from typing import Any
 
 from fastapi import FastAPI
 
-from radar_service.ports.http.requests import Requests
-from radar_service.ports.http.server import Server, configuration, listening_socket
+from radar_service.ports.http.server import Requests, Server, configuration, listening_socket
 from radar_service.service.radio.station import Station, Stations
 
 

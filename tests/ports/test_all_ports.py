@@ -11,11 +11,11 @@ import pytest
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.app import create_app
 from radar_service.ports.asterix.asterix_port import AsterixPort, PlotPort
-from radar_service.ports.asterix.video_blocks import Form
+from radar_service.ports.asterix.blocks import Form
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.navico_halo.datagrams import HALO
+from radar_service.ports.nmea.listeners import TcpSender
 from radar_service.ports.nmea.nmea_port import NmeaPort
-from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.ports.rest import pictures
+from radar_service.ports.rest import radar_routes
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
@@ -69,7 +69,9 @@ async def test_no_get_tells_a_reader_what_the_scene_does(access: Access) -> None
 
 async def test_a_blind_server_tells_the_name_of_its_scene_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Epoch, "is_blind", True)
-    monkeypatch.setattr(pictures, "call_in_process", lambda _, job, draw, *arguments: b"drawn" + repr(arguments).encode())
+    monkeypatch.setattr(
+        radar_routes, "call_in_process", lambda _, job, draw, *arguments: b"drawn" + repr(arguments).encode()
+    )
     async with playing(
         Station(
             "0",

@@ -22,8 +22,7 @@ from radar_service.ports.recorder.service_recorder import RecorderPort
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.ports.udp.udp_port import Sender
-from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.epochs import recorded_radars
+from radar_service.recording.chunk_table import ChunkTable, recorded_radars
 from radar_service.recording.recording import Recording
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from radar_service.radar.nonlinear_chirp import (
+from radar_service.radar.waveform import (
+    chirp_spectrum,
     group_delay,
     nonlinear_chirp,
     nonlinear_chirp_spectrum,
     range_doppler_coupling,
+    window_coefficients,
 )
-from radar_service.radar.waveform import chirp_spectrum, window_coefficients
 from tests.reference.nonlinear_pulse import chirp_samples, taper
 
 B = 50e6

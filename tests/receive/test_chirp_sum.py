@@ -139,7 +139,9 @@ def test_exact_delays_agree_with_whole_samples_and_are_smooth_between_them() -> 
 
     def profile(position: float) -> np.ndarray:
         args = np.array([position]), np.ones(1), np.zeros(1), BANDWIDTH, PULSE, RATE, 300
-        return compress(exact_chirp_sum(*args), SENT, weights, 300)
+        received = exact_chirp_sum(*args)
+        assert received.size == 300 + SENT.size - 1
+        return compress(received, SENT, weights, 300)
 
     whole = compress(chirp_sum(np.array([100]), np.ones(1), np.zeros(1), SENT, 300), SENT, weights, 300)
     assert np.abs(profile(100 * step) - whole).max() < 1e-9  # rounding of 2R/c, at the pulse's very edges one sample

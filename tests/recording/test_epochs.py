@@ -6,8 +6,7 @@ from pathlib import Path
 import pytest
 
 from radar_service.recording import RecordingError
-from radar_service.recording.chunk_table import ChunkTable
-from radar_service.recording.epochs import epochs_of, radars_with_epoch, recorded_radars
+from radar_service.recording.chunk_table import ChunkTable, epochs_of, radars_with_epoch, recorded_radars
 from radar_service.recording.recording_file import RecordingFile
 
 

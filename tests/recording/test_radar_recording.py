@@ -19,7 +19,7 @@ from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo
 from radar_service.spoke_source import TruthLine
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from tests.recording.scenes import AZIMUTHS, MOVING, simulator
 from tests.service.fake import FakeEngine, scene
 

@@ -178,7 +178,7 @@ def whole_scans(fidelity: str) -> tuple[rs.Scan, ...]:
     return whole.scan(), whole.scan()
 
 
-@pytest.mark.sample(5)
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("ends", [(10, 28), (350, 20), (-10, 20), (0, 359), (90, 90.5), (200, 199)])
 @pytest.mark.parametrize("fidelity", ["fast", "documented"])
 def test_its_bytes_are_those_of_a_whole_scan(ends: tuple[float, float], fidelity: str) -> None:

@@ -15,8 +15,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.numerics.frames import effective_earth_radius
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.rays import RayCaster, RayHits, RaySampledSurfaces
+from radar_service.scattering.rays import RayCaster, RayHits
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.trace.ray_sampling import SAMPLERS
@@ -148,20 +147,6 @@ def test_declared_bodies_occlude_rays_and_scatter_themselves() -> None:
     plain = prepare(made, PRESETS["balanced"], 3)
     np.testing.assert_array_equal(rays.resting.position, plain.resting.position)
     np.testing.assert_array_equal(rays.resting.echoes.amplitude, plain.resting.echoes.amplitude)
-
-
-def test_rays_sample_only_diffuse_surfaces() -> None:
-    box = {"shape": "box", "length_m": 20, "width_m": 10, "height_m": 8}
-    kinds = [{"scattering": "diffuse"}, {"scattering": "optics"}, {"rcs_dbsm": 3}, {"material": "wood"}]
-    bodies = [{**box, "name": str(k), "position_m": [100 * k, 300, 0], **kind} for k, kind in enumerate(kinds)]
-    made = scene([*bodies, point("p", 0, -900)])
-    assert [scattering_model(body, "sobol") is RaySampledSurfaces for body in made.bodies] == [
-        True,
-        False,
-        False,
-        True,
-        False,
-    ]
 
 
 def test_hits_lie_on_the_bodies_that_were_hit() -> None:

@@ -100,7 +100,7 @@ def power(made: rs.Scene, sight: OcclusionScene, count: int, seed: int, multipat
     return float(np.sum(np.abs(echoes.amplitude) ** 2 * polar.range**-4 * factor.mean(axis=0)))
 
 
-@pytest.mark.sample(4)
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("multipath", [False, True])
 @pytest.mark.parametrize("shape", SHAPES)
 def test_mean_power_errs_as_predicted(shape: str, multipath: bool) -> None:

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import radar_service as rs
-from radar_service.service.blind import told_fields, told_plan, told_warnings
+from radar_service.service.access import told_fields, told_plan, told_warnings
 from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.scene_request import ProcessSimulator, cell_layout
 from radar_service.service.settings import Pace

@@ -7,8 +7,7 @@ import radar_service as rs
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
-from radar_service.simulation.engine_set_up import chosen_fidelity, engine_set_up, pipeline_set_up
-from radar_service.simulation.source_tiles import SourceTiles
+from radar_service.simulation.engine_set_up import SourceTiles, chosen_fidelity, engine_set_up
 from radar_service.simulation.tile_processes import NOBODY, TileShares, shares
 from radar_service.simulator import Simulator
 from radar_service.sources import labels, power_window
@@ -45,13 +44,6 @@ def test_auto_is_planned_and_names_are_presets() -> None:
     assert chosen_fidelity(made, "auto").name == "auto"
     with pytest.raises(ValueError, match="fidelity"):
         chosen_fidelity(made, "best")
-
-
-def test_rays_of_set_up_and_of_the_first_update_are_counted_apart() -> None:
-    wall = {"name": "wall", "shape": "box", "length_m": 4, "width_m": 100, "height_m": 20, "position_m": [0, 200, 0]}
-    made = scene([{**wall, "material": "concrete"}, point("mover", 50, 400, speed_kn=5)], radar=RADAR)
-    set_up = pipeline_set_up(made, PRESETS["balanced"], 0)
-    assert set_up.prepared.seed == 0 and not set_up.culled
 
 
 # tile_processes: shares of tiles: consecutive ones to each process, as even as tiles allow, by what they took.
@@ -105,7 +97,7 @@ def test_tiles_that_nobody_asks_for_have_no_owner() -> None:
     np.testing.assert_array_equal(cut.owners, [NOBODY, 0, 1, NOBODY, NOBODY, 2])
 
 
-# source_tiles: tiles tell what is requested of their sources, and nothing is computed for what is not.
+# engine_set_up: tiles tell what is requested of their sources, and nothing is computed for what is not.
 ENVIRONMENT = {"noise": True, "sea_state": 3}
 BODIES = [point("p", 100, 200, speed_kn=10), point("q", -100, 200)]
 MADE = scene(BODIES, radar=RADAR, environment=ENVIRONMENT)
@@ -156,7 +148,7 @@ def test_the_specification_as_printed_tells_no_sources_and_says_why() -> None:
         Simulator(made, "documented", powers="all")
 
 
-# source_tiles: the power of sources and radiometric truth of runs with commands: computed from what was commanded at each time.
+# engine_set_up: the power of sources and radiometric truth of runs with commands: computed from what was commanded at each time.
 SCENE = {
     "name": "steered",
     "radar": {"azimuths": 128, "beamwidth_deg": 6, "range_max_m": 900, "pulse_s": 1e-6, "rpm": 60},
@@ -213,11 +205,3 @@ def test_several_pulses_follow_commands_too() -> None:
     sim.command("runner", present=False)
     sim.scan()
     assert 256 not in sim.source_powers()
-
-
-def test_the_specification_as_printed_has_no_sources() -> None:
-    sim = rs.Simulator(rs.load_scene(SCENE), "documented")
-    with pytest.raises(ValueError, match="source_powers: .*choose another fidelity"):
-        sim.source_powers(0)
-    with pytest.raises(ValueError, match="radiometric: .*choose another fidelity"):
-        sim.crossings(0, radiometric=True)

@@ -11,8 +11,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scans.sector import Sector
 from radar_service.scene_file.load import load_scene
-from radar_service.simulation.engine_set_up import engine_set_up
-from radar_service.simulation.source_tiles import SourceTiles
+from radar_service.simulation.engine_set_up import SourceTiles, engine_set_up
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.simulator import Simulator

@@ -7,7 +7,7 @@ import socket
 import subprocess
 import sys
 import threading
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -53,6 +53,34 @@ def digest(blocks: Iterable[SpokeBlock]) -> str:
                 b"".join(number.to_bytes(4) + power[k].tobytes() for number, power in (block.powers or {}).items())
             )
     return result.hexdigest()
+
+
+def fail(patch: pytest.MonkeyPatch, errors: dict[int, Exception | None]) -> None:
+    """Lets tiles, by their first azimuths, raise an error, or hang for ever."""
+    original = pipeline.profiles
+
+    def failing(prepared: Any, azimuths: Any, *more: Any) -> Any:
+        first = int(azimuths.number[0])
+        if error := errors.get(first):
+            raise error
+        return original(prepared, azimuths, *more) if first not in errors else select.select([], [], [])
+
+    patch.setattr(pipeline, "profiles", failing)
+
+
+def in_a_copy(work: Callable[[], str]) -> str:
+    """What work returns in a copy of this process, as text."""
+    reading, writing = os.pipe()
+    if not os.fork():
+        try:
+            os.write(writing, work().encode())
+        finally:
+            os._exit(0)
+    os.close(writing)
+    with os.fdopen(reading) as pipe:
+        text = pipe.read()
+    os.wait()
+    return text
 
 
 @cache
@@ -159,16 +187,7 @@ def test_a_scan_goes_on_here_where_its_processes_have_gone(how: str) -> None:
         sim.close()
         assert digest(first + list(blocks)) == expected
         return
-    reading, writing = os.pipe()
-    if not os.fork():
-        try:
-            os.write(writing, digest(first + list(blocks)).encode())
-        finally:
-            os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as pipe:
-        assert pipe.read() == expected
-    os.wait()
+    assert in_a_copy(lambda: digest(first + list(blocks))) == expected
 
 
 def test_two_readers_by_turns_have_the_scans_that_they_began() -> None:
@@ -202,16 +221,7 @@ def test_what_a_process_raises_is_raised_here_and_the_next_scan_is_right(monkeyp
         def __reduce__(self) -> str:
             raise TypeError
 
-    original = pipeline.profiles
-
-    def failing(prepared: Any, azimuths: Any, *more: Any) -> Any:
-        if azimuths.number[0] == 96:
-            raise ValueError("no tile at 96")
-        if azimuths.number[0] == 128 + 96:
-            raise OnlyHere("nor here")
-        return original(prepared, azimuths, *more)
-
-    monkeypatch.setattr(pipeline, "profiles", failing)
+    fail(monkeypatch, {96: ValueError("no tile at 96"), 128 + 96: OnlyHere("nor here")})
     sim = simulator(2)
     with pytest.raises(ValueError, match="no tile at 96"):
         sim.scan()
@@ -222,14 +232,7 @@ def test_what_a_process_raises_is_raised_here_and_the_next_scan_is_right(monkeyp
 
 def test_an_error_comes_in_place_of_its_tile(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the tiles before it, though its process computes it ahead while those of the scan before are asked for."""
-    original = pipeline.profiles
-
-    def failing(prepared: Any, azimuths: Any, *more: Any) -> Any:
-        if azimuths.number[0] == 128 + 64:
-            raise ValueError("no tile at 192")
-        return original(prepared, azimuths, *more)
-
-    monkeypatch.setattr(pipeline, "profiles", failing)
+    fail(monkeypatch, {128 + 64: ValueError("no tile at 192")})
     monkeypatch.setattr(tile_processes, "first_ready", lambda channels: [0])  # all of one process before those of the next
     taken: list[int] = []
     with pytest.raises(ValueError, match="no tile at 192"):
@@ -327,14 +330,7 @@ def test_processes_end_with_the_simulator_and_when_it_is_closed() -> None:
 
 
 def test_a_process_that_hangs_ends_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    original = pipeline.profiles
-
-    def hanging(prepared: Any, azimuths: Any, *more: Any) -> Any:
-        if azimuths.number[0] == 96:
-            select.select([], [], [])
-        return original(prepared, azimuths, *more)
-
-    monkeypatch.setattr(pipeline, "profiles", hanging)
+    fail(monkeypatch, {96: None})
     sim = simulator(2)
     next(sim.blocks())
     processes = sim.processes
@@ -370,17 +366,14 @@ def test_a_copy_of_the_parent_has_processes_of_its_own() -> None:
     sim = simulator(2)
     sim.scan()
     before = sim.processes
-    reading, writing = os.pipe()
-    if not os.fork():
-        try:
-            text = digest(sim.blocks(scans=1))
-            os.write(writing, f"{text} {bool(set(sim.processes) & set(before))} {len(sim.processes)}".encode())
-            sim.close()
-        finally:
-            os._exit(0)
-    os.close(writing)
-    with os.fdopen(reading) as pipe:
-        expected = alone(first=1)
-        assert pipe.read() == f"{expected} False 2"
-    os.wait()
+
+    def work() -> str:
+        text = digest(sim.blocks(scans=1))
+        has_others = not set(sim.processes) & set(before)
+        count = len(sim.processes)
+        sim.close()
+        return f"{text} {has_others} {count}"
+
+    expected = alone(first=1)
+    assert in_a_copy(work) == f"{expected} True 2"
     assert digest(sim.blocks(scans=1)) == expected and sim.processes == before

@@ -10,7 +10,7 @@ import pytest
 
 from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.simulation import tile_sender
-from radar_service.simulation.source_tiles import SourceTile
+from radar_service.simulation.engine_set_up import SourceTile
 from radar_service.simulation.tile_sender import Computed, TileSender
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")

@@ -9,7 +9,6 @@ import pytest
 from numpy.typing import NDArray
 
 import radar_service as rs
-from radar_service.engine.pipeline import Engine
 from radar_service.engine.preparation import prepare
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, unlabelled
@@ -124,14 +123,6 @@ def test_the_order_of_bodies_changes_no_name() -> None:
     count = len(made.bodies)
     as_first = np.where(second >= BODY, BODY + (count - 1) - (second - BODY), second)
     assert np.mean(first == as_first) > SHARE
-
-
-def test_field_and_power_keep_their_bytes() -> None:
-    prepared = prepare(everything(), PRESETS["balanced"], 4)
-    plain = [(field.tobytes(), power.tobytes()) for _, field, power in Engine(prepared).tiles(2)]
-    labelled = list(LabellingEngine(prepared).labelled_tiles(2))
-    assert plain == [(field.tobytes(), power.tobytes()) for _, field, power, _ in labelled]
-    assert [labels.dtype for *_, labels in labelled] == [np.uint32] * len(labelled)
 
 
 SHIP = {"shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "material": "wood"}

@@ -9,8 +9,7 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.types import Profiles
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.numbers import BODY, source_names, source_numbers
-from radar_service.sources.resting import resting_fields
-from radar_service.sources.rows import source_rows, spread_echoes
+from radar_service.sources.rows import resting_fields, source_rows, spread_echoes
 from radar_service.stages.registry import numbers_of
 from radar_service.world.materials import MATERIALS, is_land
 from tests.alone import Alone
@@ -70,7 +69,7 @@ def test_false_echoes_are_sources_of_their_own_where_a_scene_has_any() -> None:
     assert source_numbers(scene([point("p", 0, 500)])).tolist() == [256, 4]
 
 
-# resting: the fields of sources at rest, each by itself.
+# rows: the fields of sources at rest, each by itself.
 RADAR = {"range_max_m": 1200, "azimuths": 64, "beamwidth_deg": 8, "pulse_s": 1e-6}
 BODIES = [point("a", 100, 200), point("b", 10, 5, 3), point("c", -600, 900, rcs_dbsm=30)]
 

@@ -12,7 +12,7 @@ from radar_service.scene_file.describe import json_schema
 from radar_service.sources.numbers import source_names, source_numbers
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.registry import effects
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from tests.scenes import point, scene
 from tests.stages.fixtures import Installed
 

@@ -38,7 +38,7 @@ from radar_service.radar_feed import crossing_from_line
 from radar_service.records.truth import FalseEcho
 from radar_service.scene_file.describe import describe, json_schema
 from radar_service.scene_file.document import scene_content, scene_path
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from tests.stages.fixtures import Installed
 
 ROOT = Path(__file__).parents[2]

@@ -20,7 +20,7 @@ from radar_service.stages.interference.effect import InterferenceEffect
 from radar_service.stages.points import in_sight, point_echoes
 from radar_service.stages.stage import Added, RandomField, Tile
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from tests.scenes import point, scene
 from tests.stages.fixtures import Installed, context_of
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 from scipy.stats import kstest
 
-from radar_service.sweep.runs import Runs
-from radar_service.sweep.spec import SweepError, SweepSpec
+from radar_service.sweep.spec import Runs, SweepError, SweepSpec
 
 
 def runs(**spec: Any) -> Runs:

@@ -1,6 +1,5 @@
 """The short modules of trace, each under its name."""
 
-import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -154,11 +153,6 @@ def test_they_are_where_they_are_at_the_time() -> None:
     assert hidden(made, 77.8) == [0, 2]
     ((_, pose, _),) = made.chosen([1], 77.8)
     np.testing.assert_allclose(pose.position, [-400 + 77.8 * 10 * 1852 / 3600, 200, 0], atol=1e-9)  # rounding
-
-
-def test_a_pickled_copy_answers_the_same() -> None:
-    made = moving((0, 400, 90), (400, 0, 0))
-    assert hidden(pickle.loads(pickle.dumps(made)), 1.0) == hidden(made, 1.0) == [0, 1]
 
 
 def test_the_sea_falls_away_below_a_line_of_sight(monkeypatch: pytest.MonkeyPatch) -> None:

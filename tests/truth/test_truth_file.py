@@ -9,7 +9,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.__main__ import main
-from radar_service.truth.truth_file import header, scene_hash
+from radar_service.truth.ground_truth import header, scene_hash
 from tests.scenes import point, scene
 from tests.terminal.test_output_files import full_disk
 

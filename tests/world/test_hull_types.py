@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import radar_service as rs
+from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scattering.physical_optics.model import OpticalBody
-from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.world import shapes
 from radar_service.world.hull_types import HULL_TYPES, PLAIN, hull_mesh
 from tests.scattering.physical_optics.meshes import cross_section, decibels

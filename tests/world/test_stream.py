@@ -12,7 +12,7 @@ from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats
 from radar_service.scene_file.load import load_scene
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 from radar_service.world.motion import Motion
 from radar_service.world.steering import Steering
 from radar_service.world.stream import NO_STREAM, crab_angle, through_water, turn_factor

@@ -12,7 +12,7 @@ import radar_service as rs
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.frames import map_from_deck
 from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics.patches import outward_side
+from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scene_file.load import load_scene
 from radar_service.world import large_mesh
 from radar_service.world.atmosphere import gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km

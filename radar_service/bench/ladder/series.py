@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 from pydantic import Field, model_validator
 
-from radar_service.bench.scenario import SUFFIX, FrozenTable, Scenario, ScenarioError, file_errors, load_scenario
+from radar_service.bench.scenario import SUFFIX, FrozenTable, Scenario, ScenarioError, file_errors, file_of, load_scenario
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.key_paths import put
 from radar_service.world.error import SceneError
@@ -72,10 +72,7 @@ def ladders() -> dict[str, Path]:
 
 def load_ladder(name: str) -> Ladder:
     """Returns a packaged ladder by name, or that of a file. Raises ScenarioError."""
-    packaged = ladders()
-    path = Path(name) if name.endswith(SUFFIX) else packaged.get(name)
-    if path is None:
-        raise ScenarioError(f"{name}: there is no such ladder; there are {', '.join(packaged)}, or give a {SUFFIX} file")
+    path = file_of(name, ladders(), "ladder")
     with file_errors(path):
         content = {"name": path.stem, **tomllib.loads(path.read_text(encoding="utf-8")), "folder": path.parent}
         return Ladder(**{**content, "file": path if name.endswith(SUFFIX) else None})

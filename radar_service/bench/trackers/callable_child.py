@@ -17,6 +17,7 @@ from radar_service.plots.plot import Plot
 from radar_service.strict_json import tupled
 
 READY = "ready"
+FOLDER = "RADAR_SERVICE_FOLDER"  # in the environment: that of the command, where the program has another one
 
 
 def serve(maker: Callable[[], Tracker], lines: Iterable[str], answers: TextIO) -> None:
@@ -52,7 +53,7 @@ def callable_of(name: str) -> Callable[[], Tracker]:
     except ModuleNotFoundError as error:
         if error.name is None or not f"{module}.".startswith(f"{error.name}."):
             raise  # the module is there, and one that it imports is not
-        sys.exit(f"there is no module {error.name!r}, neither installed nor in {os.getcwd()}")
+        sys.exit(f"there is no module {error.name!r}, neither installed nor in {os.environ.get(FOLDER, os.getcwd())}")
     maker: Callable[[], Tracker] | None = getattr(imported, attribute, None)
     if not callable(maker):
         there = [key for key, value in vars(imported).items() if callable(value) and not key.startswith("_")]

@@ -19,10 +19,13 @@ from typing import Any
 
 from typing_extensions import override
 
-from radar_service.bench.trackers.callable_child import READY
+from radar_service import plug_ins
+from radar_service.bench.trackers.callable_child import FOLDER, READY
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
+from radar_service.terminal.arguments import did_you_mean
 
 MARK = "RADAR_SERVICE_TRACKER"  # in the environment of a program, and of what it starts
+SCRIPTS = (".py", ".js", ".jar", ".jl", ".lua", ".pl", ".rb", ".sh")  # endings of files that an interpreter runs
 MAX_WAITING = 4  # answers that nobody has asked for yet
 MAX_PROCESSES = 64  # of a program with all that it starts
 MAX_TEXT = 1000  # characters of a line of its standard error that are kept
@@ -92,11 +95,16 @@ class ProcessTracker(LineTracker):
 
     def _started(self, words: Sequence[str], sealed: Sequence[str] | None) -> "subprocess.Popen[str]":
         """The program, in a group of its own, so that what it starts ends with it."""
-        pipe, environment, folder = subprocess.PIPE, {**os.environ, MARK: self._mark}, None
+        pipe, environment, folder = subprocess.PIPE, {**os.environ, MARK: self._mark, FOLDER: os.getcwd()}, None
+        program = shutil.which(words[0])
+        if program is None:
+            known = [*plug_ins.names("trackers"), *(f"./{name}" for name in os.listdir())]
+            absent = f"there is no such program{did_you_mean(words[0], known)}"
+            raise OSError("it may not be executed" if os.path.isfile(words[0]) else absent)
+        script = next((word for word in words[1:] if not word.startswith("-")), "")
+        if script.endswith(SCRIPTS) and not os.path.exists(script):
+            raise OSError(f"there is no file {script} in {os.getcwd()}{did_you_mean(script, os.listdir())}")
         if sealed is not None:
-            program = shutil.which(words[0])
-            if program is None:
-                raise OSError("there is no such program")
             self._folder = TemporaryDirectory(prefix="tracker-", ignore_cleanup_errors=True)
             folder = environment["TMPDIR"] = os.path.realpath(self._folder.name)
             environment["PYTHONPATH"] = os.pathsep.join(filter(None, [os.getcwd(), environment.get("PYTHONPATH")]))

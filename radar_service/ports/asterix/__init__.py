@@ -50,7 +50,7 @@ class AsterixPackage:
         return self._port(sender, options).sink(number % 255 + 1)
 
     def _port(self, sender: "Sender", options: argparse.Namespace) -> "AsterixPort":
-        from radar_service.ports.asterix.video_blocks import Form
+        from radar_service.ports.asterix.blocks import Form
 
         form = Form(options.asterix_sac, options.asterix_bits, options.asterix_datagram)
         port: AsterixPort = resolve_name(f"{__name__}.asterix_port:{self.port}")([sender], form)

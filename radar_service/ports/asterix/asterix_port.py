@@ -8,8 +8,7 @@ from functools import partial
 from radar_service.plots.extractor import Extract, LivePlots
 from radar_service.plots.plot import Plot
 from radar_service.plots.plot_process import PlotProcess, extraction
-from radar_service.ports.asterix.plot_blocks import plot_blocks
-from radar_service.ports.asterix.video_blocks import Form, summary, video
+from radar_service.ports.asterix.blocks import Form, plot_blocks, summary, video
 from radar_service.ports.port import Service
 from radar_service.ports.udp.udp_port import Sender, UdpPort
 from radar_service.processes.fork_server import ForkServer

@@ -52,7 +52,7 @@ def add_senders(where: "argparse._ActionsContainer", name: str, what: str) -> No
 
 def opened_senders(options: argparse.Namespace, name: str) -> "list[Sender]":
     """Returns the sockets of the options `--NAME-tcp` and `--NAME-udp`, open. Raises UsageError."""
-    from radar_service.ports.nmea.senders import TcpSender
+    from radar_service.ports.nmea.listeners import TcpSender
     from radar_service.ports.udp.capture import capture_of
     from radar_service.ports.udp.sender import UdpSender
 

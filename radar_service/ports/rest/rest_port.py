@@ -11,15 +11,12 @@ from radar_service.ports.port import Port, Service
 from radar_service.ports.rest import metrics, schemas
 from radar_service.ports.rest.answers import PROTECTED, REFUSED, UNKNOWN
 from radar_service.ports.rest.bodies import BodyReader
-from radar_service.ports.rest.change_feed import ChangeFeed
 from radar_service.ports.rest.command_routes import command_routes
-from radar_service.ports.rest.pictures import Pictures
-from radar_service.ports.rest.pose_feed import pose_routes
-from radar_service.ports.rest.radar_routes import radar_routes
+from radar_service.ports.rest.metrics import Vitals
+from radar_service.ports.rest.radar_routes import Pictures, radar_routes
 from radar_service.ports.rest.scene_routes import not_found, scene_routes
 from radar_service.ports.rest.scene_store import SceneStore
-from radar_service.ports.rest.truth_feed import truth_routes
-from radar_service.ports.rest.vitals import Vitals
+from radar_service.ports.rest.websockets import ChangeFeed, pose_routes, truth_routes
 from radar_service.ports.roles import needs
 from radar_service.service.access import TICKET_SECONDS, Tickets
 from radar_service.service.jobs import JobQueue

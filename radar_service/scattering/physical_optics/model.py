@@ -17,25 +17,30 @@ from radar_service.propagation.diffraction import diffraction_height
 from radar_service.radar.parameters import Radar, horizon
 from radar_service.records.fidelity import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.body_legs import FLATTEST, BodyLeg, SeaField, ground_before
 from radar_service.scattering.physical_optics.cast_shadows import Onlooker
-from radar_service.scattering.physical_optics.edge_limits import EdgeLimits
 from radar_service.scattering.physical_optics.mesh_quality import (
     CURVES_DB,
     MAX_SAG,
     curve_sag,
+    is_concave,
     length_text,
     mesh_quality,
+    outward_side,
 )
-from radar_service.scattering.physical_optics.patches import is_concave, outward_side
-from radar_service.scattering.physical_optics.path_centres import PATHS, PathCentres, flattest, over_nodes
 from radar_service.scattering.physical_optics.picture import Picture
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
-from radar_service.scattering.physical_optics.plane_echoes import PlaneOptics, Wave
-from radar_service.scattering.physical_optics.plating import PlatedWalls
-from radar_service.scattering.physical_optics.scattering_centres import UPRIGHT, Lattice, strongest
-from radar_service.scattering.physical_optics.sea_field import FLATTEST, SeaField, ground_before
-from radar_service.scattering.physical_optics.vessel_walls import vessel_remarks
+from radar_service.scattering.physical_optics.plane_echoes import EdgeLimits, PlaneOptics, Wave
+from radar_service.scattering.physical_optics.plating import PlatedWalls, vessel_remarks
+from radar_service.scattering.physical_optics.scattering_centres import (
+    PATHS,
+    UPRIGHT,
+    Lattice,
+    PathCentres,
+    flattest,
+    over_nodes,
+    strongest,
+)
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace.tree_cache import content_key

@@ -6,6 +6,7 @@ first piece, and the second one is lit by it through the first as through a wind
 sums over the edges of what is lit, away from specular directions, and closed forms near them (the kernel says how).
 """
 
+import math
 import warnings
 from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple, Self
@@ -14,9 +15,12 @@ import numpy as np
 
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.radar.parameters import Radar
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plating import PlatedWalls
+from radar_service.scattering.predictions import NEAREST
+from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE
 
 # Of the field of the ship's usual largest cell: surfaces and bounces that have less at most are left out
@@ -32,6 +36,11 @@ TOO_MUCH = (
 ASPECTS, FAR = 5, 2000.0  # azimuths and distance [m] at which a usual cell is looked for, from ELEVATION [rad]
 ELEVATION, ASKEW = 0.01, 0.38  # no azimuth is ahead or abeam, where walls of ships face
 ROOM = 40  # echoes expected of a piece; of more the aspect is evaluated once more
+MAX_BEND = 0.3  # rad, two-way, over half an edge (docs/engine.md#errors)
+# Of the beam's width and of the range cell that an edge and a cell may take: what weighs them is linear in between
+BEAM_SHARE, RANGE_SHARE = 1.0 / 6.0, 1.0 / 4.0
+EXTENT_SHARE = 1.0 / 9.0  # of the body, likewise: its sidelobes are what is left of many cells
+EDGE_SHARE = 3.0 / 5.0  # of the range cell, of an edge: few lie along the line of sight
 
 
 @dataclass(frozen=True)
@@ -173,3 +182,46 @@ def _middle(corner: Floats, water: float) -> Floats:
     low, high = corner.min(axis=0, initial=np.inf), corner.max(axis=0, initial=-np.inf)
     low[2] = max(low[2], min(water, high[2]))
     return np.asarray((low + high) / 2.0) if len(corner) else np.zeros(3)
+
+
+class EdgeLimits(NamedTuple):
+    """What bounds edges and the cells in which they are summed: range resolution [m], beamwidth [rad], wavelength [m], and the
+    extent of the body [m]."""
+
+    range_cell: float
+    beamwidth: float
+    wavelength: float
+    extent: float
+
+    @classmethod
+    def of(cls, radar: Radar, mesh: Mesh) -> "EdgeLimits":
+        """Of a mesh for this radar."""
+        extent = float(np.ptp(mesh.used_vertices, axis=0).max(initial=0.0))
+        return cls(radar.range_resolution, radar.beamwidth, radar.wavelength, extent)
+
+    def cell(self, distance: Floats) -> Floats:
+        """Sizes [m] of the cells at distances (M,) [m], the same throughout half an octave."""
+        if distance.size > 2:
+            ends = self.cell(np.array([distance.min(), distance.max()]))
+            if ends[0] == ends[1]:
+                return np.broadcast_to(ends[:1], distance.shape)
+        half_octave = 2.0 ** (np.floor(2.0 * np.log2(np.maximum(distance, NEAREST))) / 2.0)
+        widest = min(RANGE_SHARE * self.range_cell, EXTENT_SHARE * self.extent)
+        return np.minimum(widest, BEAM_SHARE * self.beamwidth * half_octave)
+
+    @property
+    def longest(self) -> Longest:
+        """The longest edges: their phase bends by MAX_BEND over half of one, by k (e/2)^2 / R."""
+        bend = float(np.sqrt(2.0 * MAX_BEND * self.wavelength / np.pi))
+        return Longest(min(EDGE_SHARE * self.range_cell, EXTENT_SHARE * self.extent), BEAM_SHARE * self.beamwidth, bend)
+
+    def coherence(self, nearest: float) -> float:
+        """The longer of cell and edge [m] of a body whose nearest part is so far away [m]."""
+        return self.highest(nearest, 1.0)
+
+    def highest(self, nearest: float, upright: float, flattest: float = np.inf) -> float:
+        """The longer of edge and height of a cell [m], which is `upright` times its length, at most `flattest`."""
+        nearest = max(nearest, NEAREST)
+        edge, wide, bend = self.longest
+        cell = min(upright * float(self.cell(np.array(nearest))), flattest)
+        return max(cell, min(edge, wide * nearest, bend * math.sqrt(nearest)))

@@ -10,16 +10,50 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from typing_extensions import override
 
-from radar_service.errors.history import ReadingsHistory
-from radar_service.numerics.types import Singles
+from radar_service.numerics.types import Floats, Indices, Singles
+from radar_service.records.reports import Readings
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import OwnShipTruth
 from radar_service.scene_file.model.errors import MAX_LATENCY_S
 from radar_service.service.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo, TruthLine
 from radar_service.world.error_settings import ErrorSettings
+
+NEVER = -1
+
+
+class ReadingsHistory:
+    """Keeps the readings of the newest `size` spokes. Spokes are added in the order of their numbers."""
+
+    def __init__(self, size: int) -> None:
+        self._number = np.full(size, NEVER, dtype=np.int64)
+        self._table = np.empty((size, 6))
+
+    def add(self, first: int, readings: Readings) -> None:
+        """Keeps the readings of consecutive spokes."""
+        number = first + np.arange(len(readings.azimuth))
+        rows = number % len(self._number)
+        azimuth, heading, position, course, speed = readings
+        self._number[rows] = number
+        self._table[rows] = np.column_stack([azimuth, heading, position, course, speed])
+
+    def readings(self, number: Indices) -> Readings:
+        """Returns the readings of spokes of these numbers (K,); for one that is not kept, of the newest kept before it, or else
+        of the oldest kept. At least one is kept."""
+        rows = number % len(self._number)
+        if not np.array_equal(self._number[rows], number):
+            order = np.argsort(self._number, kind="stable")
+            kept = order[np.count_nonzero(self._number == NEVER) :]
+            rows = kept[np.maximum(np.searchsorted(self._number[kept], number, side="right") - 1, 0)]
+        return _readings(self._table[rows])
+
+
+def _readings(table: Floats) -> Readings:
+    return Readings(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])
+
 
 if TYPE_CHECKING:
     from radar_service.errors.reporter import ErrorReporter

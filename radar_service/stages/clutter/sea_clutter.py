@@ -24,8 +24,7 @@ from radar_service.stages.clutter.sea import (
     texture_shape,
 )
 from radar_service.stages.clutter.sea_cells import SeaCells, sea_point
-from radar_service.stages.clutter.texture import TextureTable, gaussian_correlation
-from radar_service.stages.clutter.texture_law import TextureLaw
+from radar_service.stages.clutter.texture import TextureLaw, TextureTable, gaussian_correlation
 from radar_service.stages.clutter.texture_rows import TextureGrid, TextureRows, outward_units
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.scene import Scene

@@ -7,9 +7,8 @@ from typing import Any, Self
 from radar_service.receive.compression import compression_for
 from radar_service.records.fidelity import Fidelity
 from radar_service.records.plan_item import PlanItem
-from radar_service.stages.clutter.clutter import Clutter, prepare_clutter
+from radar_service.stages.clutter.clutter import RAIN_HEIGHT, RAYS, Clutter, prepare_clutter
 from radar_service.stages.clutter.effect import RAIN_CELL, TEXTURE_SHAPE
-from radar_service.stages.clutter.rain import RAIN_HEIGHT, RAYS
 from radar_service.stages.clutter.rain_cell import RainCells
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, resolution_cell
 from radar_service.stages.clutter.sea import MAX_MEASURED_STATE, beyond_measured_shapes

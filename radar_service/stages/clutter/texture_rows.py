@@ -23,7 +23,7 @@ from radar_service.numerics.random import TEXTURE, generator, normals
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Floats, Indices, Singles
 from radar_service.stages.clutter.azimuth_rows import BLOCK
-from radar_service.stages.clutter.texture_law import TextureGains, TextureLaw
+from radar_service.stages.clutter.texture import TextureGains, TextureLaw
 
 SIZE = 1024  # grid points a side, a power of 2; 256 lengths, so 3 km along the wind in sea state 3
 PER_LENGTH = 4  # grid points in a 1/e length: the nearest one lengthens the correlation by 1 %

@@ -16,15 +16,13 @@ from radar_service.batch.jobs import Executor, Job, run
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.numerics.types import Floats
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
-from radar_service.study.chart.figure import Panel, chart_figure
+from radar_service.study.chart.figure import Panel, chart_figure, summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto
-from radar_service.study.chart.power_panel import power_points, target_windows
+from radar_service.study.chart.power_panel import power_points, samplers, target_windows
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
-from radar_service.study.chart.samplers import samplers
 from radar_service.study.chart.scattering_panel import MODELS, scattering_points
 from radar_service.study.chart.signal_chain import methods
-from radar_service.study.chart.summary import summary, summary_text
 from radar_service.study.plotting import png_bytes, svg_text
 from radar_service.terminal.output_files import write_file
 from radar_service.world.error import SceneError

@@ -11,8 +11,8 @@ from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.random import CHART, generator
 from radar_service.numerics.types import Complexes, Indices, Profiles
 from radar_service.radar.parameters import Radar
-from radar_service.study.chart.closed_form import closed_form_field
 from radar_service.study.chart.point import Point, time_interleaved
+from radar_service.study.chart.reference_surface import closed_form_field
 from radar_service.study.chart.signal_chain import BLOCK, Method
 
 FLOOR_DB = -150.0  # the resolution of complex64

@@ -48,7 +48,10 @@ def test_a_callable_answers_from_another_process_and_may_print(folder: Path) -> 
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("nowhere:Tracker", "'nowhere:Tracker' made no tracker: there is no module 'nowhere', neither installed nor in /"),
+        (
+            "nowhere:Tracker",
+            "'nowhere:Tracker' made no tracker: there is no module 'nowhere', neither installed nor in /.*test_what_makes",
+        ),
         ("mine.part:T", "there is no module 'mine.part'"),
         ("mine:Nobody", "module 'mine' has no callable 'Nobody'; it has TrackState, Mine$"),
         ("mine:NUMBER", "module 'mine' has no callable 'NUMBER'"),
@@ -63,7 +66,7 @@ def test_what_makes_no_tracker_is_one_sentence(
     (folder / "mine.py").write_text(f"NUMBER = 1\n{TRACKER}")
     (folder / "lame.py").write_text("import of_nobody\n")
     with pytest.raises(TrackerError, match=message):
-        CallableTracker(name, {})
+        CallableTracker(name, {}, sealed=() if name.startswith("nowhere") else None)
     assert ("Traceback" in capfd.readouterr().err) == (name == "lame:T")
 
 

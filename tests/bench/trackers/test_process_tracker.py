@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import re
 import select
 import sys
 import tempfile
@@ -83,10 +84,21 @@ def test_what_goes_wrong_is_said(code: str, message: str, tmp_path: Path) -> Non
             tracker.close()
 
 
-@pytest.mark.parametrize("command", ["no-such-program --fast", "", "python 'x"])
-def test_a_command_that_is_none_is_refused(command: str) -> None:
-    with pytest.raises(TrackerError, match=f"{command}.* could not be started"):
-        ProcessTracker(command, {})
+@pytest.mark.parametrize("sealed", [None, (), ("/nowhere",)])
+@pytest.mark.parametrize(
+    ("command", "message"),
+    [("no-such-program --fast", "there is no such program$"), ("", ""), ("python 'x", ""),
+     ("gmn", "no such program; did you mean gnn?"), ("tracker", "did you mean ./tracker.py?"),
+     ("./tracker.py", "it may not be executed"),
+     (f"{sys.executable} -u trackers.py", "there is no file trackers.py in .*; did you mean tracker.py?")],
+)  # fmt: skip
+def test_a_command_that_is_none_is_refused(
+    command: str, message: str, sealed: tuple[str, ...] | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "tracker.py").write_text("")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(TrackerError, match=f"{re.escape(command)}.* could not be started: .*{message}"):
+        ProcessTracker(command, {}, sealed=sealed)
 
 
 def test_a_program_that_reads_nothing_is_ended(tmp_path: Path) -> None:

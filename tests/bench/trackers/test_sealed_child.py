@@ -10,7 +10,6 @@ from pathlib import Path
 import pytest
 
 from radar_service.bench.blind import can_seal
-from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.process_tracker import ProcessTracker
 from radar_service.bench.trackers.sealed_child import devices, granted
 from tests.bench.trackers.test_stone_soup import given
@@ -106,8 +105,3 @@ def test_what_it_forked_ends_with_it(secret: Path) -> None:
             os.sched_yield()
             if Path(f"/proc/{child}/stat").read_text().rpartition(")")[2].split()[0] == "Z":
                 raise ProcessLookupError
-
-
-def test_a_program_that_is_none_is_told(secret: Path) -> None:
-    with pytest.raises(TrackerError, match="'no-such-program' could not be started: there is no such program"):
-        ProcessTracker("no-such-program", {}, sealed=(str(secret),))

@@ -11,7 +11,7 @@ from mcap.reader import make_reader
 
 import radar_service as rs
 from radar_service.scene_file.describe import describe, json_schema
-from radar_service.truth.truth_file import scene_hash, truth_lines
+from radar_service.truth.ground_truth import scene_hash, truth_lines
 from tests.measurements.tree_side.kept import Kept, lasting
 from tests.measurements.tree_side.worlds import (
     AT_REST,

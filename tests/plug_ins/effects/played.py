@@ -12,7 +12,7 @@ import numpy as np
 import radar_service as rs
 from radar_service.radar_feed import RadarFeeds
 from radar_service.scene_file.describe import describe, json_schema
-from radar_service.truth.truth_file import scene_hash
+from radar_service.truth.ground_truth import scene_hash
 
 RADAR = {
     "azimuths": 180, "beamwidth_deg": 4, "range_max_m": 3000, "pulse_s": 2.5e-7, "bandwidth_hz": 6e6, "modulation": "none",

@@ -6,7 +6,7 @@ import socket
 from radar_service.commands.command_line import parser
 from radar_service.ports.asterix import PLOTS, VIDEO
 from radar_service.ports.asterix.asterix_port import AsterixPort
-from radar_service.ports.asterix.video_blocks import Form
+from radar_service.ports.asterix.blocks import Form
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.service.settings import Pace, Settings

@@ -11,7 +11,7 @@ from radar_service.plots.extractor import LivePlots, PlotExtractor
 from radar_service.plots.marine import MarineThreshold
 from radar_service.plots.plot import Plot
 from radar_service.ports.asterix.asterix_port import PlotSink
-from radar_service.ports.asterix.plot_blocks import IN_BLOCK, plot_blocks
+from radar_service.ports.asterix.blocks import IN_BLOCK, plot_blocks
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.service.spokes import SpokeBatch
 from tests.ports.asterix.reading import reports

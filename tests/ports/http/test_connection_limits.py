@@ -1,6 +1,7 @@
 """Connections of a served application: how many, from whom, how slow, how malformed; others do not notice."""
 
 import asyncio
+from contextlib import ExitStack
 
 import pytest
 from websockets.asyncio.client import connect
@@ -48,19 +49,20 @@ def test_one_address_cannot_take_all_connections(monkeypatch: pytest.MonkeyPatch
             connection.close()
 
 
-@pytest.mark.parametrize("asked_before", [False, True])
-@pytest.mark.parametrize("begun", [b"", b"GET / HT", UPGRADE[:-2]])
-def test_a_request_that_does_not_arrive_is_closed(begun: bytes, asked_before: bool) -> None:
+def test_a_request_that_does_not_arrive_is_closed() -> None:
+    """Neither the first one of a connection, nor one after another that was answered."""
     refused: list[str] = []
-    with radar(refused, seconds=0.2) as address, dialled(address) as slow:
-        if asked_before:
-            slow.sendall(GET.replace(b"close", b"keep-alive"))
-            while b"true" not in slow.recv(4096):
+    with radar(refused, seconds=0.2) as address, ExitStack() as on_end:
+        first = {part: on_end.enter_context(dialled(address)) for part in (b"", b"GET / HT", UPGRADE[:-2])}
+        second = {part: on_end.enter_context(dialled(address)) for part in (b"G", b"GET / HT", UPGRADE[:-2])}
+        for connection in second.values():
+            connection.sendall(GET.replace(b"close", b"keep-alive"))
+            while b"true" not in connection.recv(4096):
                 continue
-            begun = begun or b"G"  # who asks nothing more is let go by the keep-alive limit
-        slow.sendall(begun)
-        answer(slow)  # ends, or the test does after ten seconds
-        assert refused == ["slow request"]
+        for begun, connection in (*first.items(), *second.items()):
+            connection.sendall(begun)
+            answer(connection)  # ends, or the test does after ten seconds
+        assert refused == ["slow request"] * 6
         assert works(address)
 
 
@@ -76,19 +78,17 @@ def test_a_complete_request_is_not_closed() -> None:
         assert asyncio.run(asyncio.wait_for(listen(address), 60)) >= 24 * 5
 
 
-@pytest.mark.parametrize(
-    "rubbish",
-    [
+def test_malformed_requests_end_the_connection_only() -> None:
+    requests = [
         b"\x00" * 100, b"GET\r\n\r\n", b"A" * 100_000, b"GET / HTTP/1.1\r\nx: " + b"y" * 100_000,
         b"POST /api/scenes HTTP/1.1\r\nhost: x\r\ncontent-length: -1\r\n\r\n",
         b"POST /api/scenes HTTP/1.1\r\nhost: x\r\ncontent-length: 999999999999\r\ncontent-type: application/json\r\n\r\n{}",
         b"POST /api/scenes HTTP/1.1\r\nhost: x\r\ntransfer-encoding: chunked\r\n\r\nzz\r\n",
-    ],
-)  # fmt: skip
-def test_malformed_requests_end_the_connection_only(rubbish: bytes) -> None:
+    ]  # fmt: skip
     with radar(seconds=0.5, keep_alive=0) as address:
-        with dialled(address) as connection:
-            connection.sendall(rubbish)
-            reply = answer(connection)
-            assert reply[:13] in (b"", b"HTTP/1.1 400 ", b"HTTP/1.1 413 "), reply[:200]
-        assert works(address)
+        for rubbish in requests:
+            with dialled(address) as connection:
+                connection.sendall(rubbish)
+                reply = answer(connection)
+                assert reply[:13] in (b"", b"HTTP/1.1 400 ", b"HTTP/1.1 413 "), reply[:200]
+            assert works(address)

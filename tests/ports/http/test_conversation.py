@@ -62,7 +62,7 @@ async def test_other_refusals_have_codes_of_their_own() -> None:
     ("path", "most"),
     [
         ("/api/radars/0/truth/stream", "service.radio.truth_stream.MAX_FOLLOWERS"),
-        ("/api/changes", "ports.rest.change_feed.MAX_CLIENTS"), ("/signalk/v1/stream", "ports.signalk.stream.MAX_CLIENTS"),
+        ("/api/changes", "ports.rest.websockets.MAX_CLIENTS"), ("/signalk/v1/stream", "ports.signalk.stream.MAX_CLIENTS"),
     ],
 )  # fmt: skip
 async def test_too_many_clients_are_refused_until_one_leaves(path: str, most: str, monkeypatch: pytest.MonkeyPatch) -> None:

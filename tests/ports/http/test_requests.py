@@ -7,7 +7,7 @@ import httpx
 import pytest
 
 from radar_service.ports.app import create_app
-from radar_service.ports.http.requests import Requests
+from radar_service.ports.http.server import Requests
 from radar_service.processes.call import Progress
 from radar_service.service.scene_request import SceneRequest
 from tests.ports.asgi import running
@@ -40,7 +40,7 @@ def test_a_request_that_waits_for_a_job_is_told_that_it_was_cancelled(method: st
 
 def test_a_request_that_nothing_ends_is_told_that_the_server_stops(monkeypatch: pytest.MonkeyPatch) -> None:
     """Its body does not come any more."""
-    monkeypatch.setattr("radar_service.ports.http.requests.ANSWER_SECONDS", 0.01)
+    monkeypatch.setattr("radar_service.ports.http.server.ANSWER_SECONDS", 0.01)
     requests, begun = Requests(), asyncio.Event()
 
     async def body() -> Any:

@@ -6,8 +6,7 @@ import socket
 import pytest
 
 from radar_service.ports.nmea import listeners
-from radar_service.ports.nmea.listeners import bound, may_come
-from radar_service.ports.nmea.senders import TcpSender
+from radar_service.ports.nmea.listeners import TcpSender, bound, may_come
 from radar_service.ports.udp.addresses import Address
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.reading import fields_of

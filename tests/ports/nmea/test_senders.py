@@ -8,8 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from radar_service.ports.nmea import listeners
-from radar_service.ports.nmea.listeners import MAX_CLIENTS
-from radar_service.ports.nmea.senders import MAX_WAITING, STALLED, TcpSender
+from radar_service.ports.nmea.listeners import MAX_CLIENTS, MAX_WAITING, STALLED, TcpSender
 from radar_service.ports.udp.addresses import Address
 from tests.ports.nmea.reading import fields_of
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.ports.nmea.senders import TcpSender
+from radar_service.ports.nmea.listeners import TcpSender
 from radar_service.ports.nmea_in.receivers import (
     AT_ONCE,
     IDLE,

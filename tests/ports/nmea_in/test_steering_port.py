@@ -19,8 +19,8 @@ import pytest
 from radar_service.__main__ import main
 from radar_service.numerics.constants import KNOT
 from radar_service.ports.app import create_app
+from radar_service.ports.nmea.listeners import TcpSender
 from radar_service.ports.nmea.nmea_port import NmeaPort
-from radar_service.ports.nmea.senders import TcpSender
 from radar_service.ports.nmea_in.receivers import RATE, TcpReceiver, UdpReceiver
 from radar_service.ports.nmea_in.steering_port import POSES, NmeaSteering, SteeringPort, unfitness
 from radar_service.ports.port import Port

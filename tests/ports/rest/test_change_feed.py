@@ -9,7 +9,7 @@ import pytest
 
 from radar_service.ports.app import create_app
 from radar_service.ports.http import conversation
-from radar_service.ports.rest import change_feed
+from radar_service.ports.rest import websockets
 from radar_service.service.access import Access
 from radar_service.service.fanout.client_queue import TOO_SLOW
 from radar_service.service.radio.station import Station
@@ -92,7 +92,7 @@ async def test_a_stranger_is_told_nothing() -> None:
 
 
 async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(change_feed, "MAX_WAITING", 5)
+    monkeypatch.setattr(websockets, "MAX_WAITING", 5)
     monkeypatch.setattr(conversation, "GRACE", 60.0)  # s: on a busy machine the changes after the sixth take longer than 1 s
     async with playing() as server:
         deaf = await server.open("/api/changes")
@@ -104,12 +104,12 @@ async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPa
         with pytest.raises(Closed) as closed:
             while True:
                 last = json.loads(await deaf.text())
-        assert closed.value.code == TOO_SLOW and last == {"type": "bye", "reason": change_feed.BEHIND}
+        assert closed.value.code == TOO_SLOW and last == {"type": "bye", "reason": websockets.BEHIND}
 
 
 async def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(change_feed, "MAX_WAITING", 3)
-    monkeypatch.setattr(change_feed.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state
+    monkeypatch.setattr(websockets, "MAX_WAITING", 3)
+    monkeypatch.setattr(websockets.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state
     settings = Settings(pace=Pace("pause"))
     radars = [Station(str(k), FakeEngine(steerable_scene()), factory(), settings=settings) for k in range(4)]
     async with playing(None, *radars) as server:

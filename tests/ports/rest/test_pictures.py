@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import pytest
 
-from radar_service.ports.rest import pictures
-from radar_service.ports.rest.pictures import Pictures
+from radar_service.ports.rest import radar_routes
+from radar_service.ports.rest.radar_routes import Pictures
 from radar_service.processes.call import ProcessFault
 from radar_service.processes.fork_server import ForkServer
 from radar_service.service.jobs import Busy
@@ -39,7 +39,7 @@ def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_
     for radar, moments in ((paused, 3), (running, 2)):
         seen = set()
         for spokes in (1, 2, 24):
-            seen.add(pictures.moment(radar, replace(radar.last_scan.read(), next=spokes)))
+            seen.add(radar_routes.moment(radar, replace(radar.last_scan.read(), next=spokes)))
         assert len(seen) == moments
 
 
@@ -50,7 +50,7 @@ async def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refus
         tasks = [asyncio.create_task(drawing.png(radar, 64 + n, None)) for n in range(6)]
         answers = await asyncio.gather(*tasks, return_exceptions=True)
         assert [isinstance(answer, Busy) for answer in answers] == [False] * 5 + [True]  # one is drawn, four wait
-    assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / pictures.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
+    assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / radar_routes.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
 
 
 async def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -61,7 +61,7 @@ async def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monk
             raise ProcessFault("it crashed")
 
         with monkeypatch.context() as patch:
-            patch.setattr(pictures, "call_in_process", fail)
+            patch.setattr(radar_routes, "call_in_process", fail)
             with pytest.raises(ProcessFault):
                 await drawing.png(radar, 64, None)
         assert (await drawing.png(radar, 64, None)).startswith(b"\x89PNG")

@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from radar_service.ports.rest import vitals
-from radar_service.ports.rest.vitals import Vitals
+from radar_service.ports.rest import metrics
+from radar_service.ports.rest.metrics import Vitals
 from radar_service.service.jobs import JobQueue
 from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.radio_state import Failed, Looked
@@ -38,7 +38,7 @@ class CountingPool(ThreadPoolExecutor):
 
 
 async def test_a_stuck_pool_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vitals, "POOL_SECONDS", 0.05)
+    monkeypatch.setattr(metrics, "POOL_SECONDS", 0.05)
     release = threading.Event()
     async with playing() as server:
         asyncio.get_running_loop().set_default_executor(pool := CountingPool())
@@ -50,13 +50,13 @@ async def test_a_stuck_pool_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
         assert pool.tasks == 3  # probes do not pile up
         release.set()
         await asyncio.gather(*held)
-        monkeypatch.setattr(vitals, "POOL_SECONDS", 10.0)
+        monkeypatch.setattr(metrics, "POOL_SECONDS", 10.0)
         assert (await server.http.get(READY)).status_code == 200
 
 
 async def test_a_full_disk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
     async with playing() as server:
-        monkeypatch.setattr(vitals, "MIN_FREE_BYTES", 2**80)
+        monkeypatch.setattr(metrics, "MIN_FREE_BYTES", 2**80)
         answer = await server.http.get(READY)
         assert answer.status_code == 503 and answer.json()["problems"][0].startswith("disk: less than")
 
@@ -81,7 +81,7 @@ async def test_a_radar_whose_engine_is_made_anew_or_that_has_failed_lacks_no_wor
 
 
 async def test_a_job_that_does_not_end_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vitals, "JOB_SECONDS", -1.0)
+    monkeypatch.setattr(metrics, "JOB_SECONDS", -1.0)
     started, release = threading.Event(), threading.Event()
     queue = JobQueue()
     watched = Vitals(queue, tmp_path)
@@ -96,7 +96,7 @@ async def test_a_job_that_does_not_end_is_noticed(tmp_path: Path, monkeypatch: p
 
 
 async def test_a_blocked_event_loop_shows_as_lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(vitals, "LAG_PERIOD", 0.01)
+    monkeypatch.setattr(metrics, "LAG_PERIOD", 0.01)
     watched = Vitals(JobQueue(), tmp_path)
     assert watched.lag == 0.0
     watched.start()

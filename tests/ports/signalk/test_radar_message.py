@@ -3,7 +3,7 @@
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from radar_service.ports.signalk.radar_message import SpokeFields, last_spokes, spoke_bytes, varint
+from radar_service.ports.signalk.codec import SpokeFields, last_spokes, spoke_bytes, varint
 from tests.ports.signalk.protobuf import spokes
 
 DEGREES = st.floats(-180.0, 180.0)

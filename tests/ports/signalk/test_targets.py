@@ -6,8 +6,7 @@ from dataclasses import replace
 import pytest
 from pyproj import Geod
 
-from radar_service.ports.signalk.targets import MAX_TARGETS, target_path, targets_of
-from radar_service.ports.signalk.values import Values
+from radar_service.ports.signalk.values import MAX_TARGETS, Values, target_path, targets_of
 from radar_service.records.truth import BodyTruth, Truth
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator

@@ -2,8 +2,7 @@
 ranges.
 
 Half a decibel at normal incidence and one in the pattern is what the project asks; what remains here is physics that
-the formulas leave out (single bounces of a corner, some lambda / a of its amplitude).
-"""
+the formulas leave out (single bounces of a corner, some lambda / a of its amplitude)."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.special import fresnel
 
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from tests.scattering.physical_optics.meshes import (
@@ -70,17 +70,16 @@ def test_plate_of_the_reference_table(tmp_path: Path, tilt_deg: float, printed: 
     assert rcs_dbsm(tmp_path, plate(1, 1, 2), [np.sin(t), np.cos(t), 0], 4000) == pytest.approx(printed, abs=0.055)
 
 
-@pytest.mark.parametrize(
-    "radius, coarse, fine", [(0.3, 20, 28), (1.0, 32, 44), pytest.param(2.0, 48, 64, marks=pytest.mark.study)]
-)
-def test_sphere(tmp_path: Path, radius: float, coarse: int, fine: int) -> None:
+FINER = [pytest.param(*each, marks=pytest.mark.study) for each in ((1.0, 32), (2.0, 48), (2.0, 64))]
+
+
+@pytest.mark.parametrize("radius, n", [(0.3, 20), (0.3, 28), (1.0, 44), *FINER])
+def test_sphere(tmp_path: Path, radius: float, n: int) -> None:
     """pi r^2 (docs/accuracy.md#cross-sections: Mie gives the same to 0.02 dB above 0.5 m), to 0.25 dB: facets that
     sag by s shift phases by up to 4 pi s / lambda, 0.13 rad here, and the shadow's edge returns some 1 / (2 k r) of the
     amplitude."""
-    for n in (coarse, fine):
-        assert rcs_dbsm(tmp_path, sphere(radius, n), [0.3, -0.5, 0.4], 2000) == pytest.approx(
-            decibels(np.pi * radius**2), abs=0.25
-        )
+    computed = rcs_dbsm(tmp_path, sphere(radius, n), [0.3, -0.5, 0.4], 2000)
+    assert computed == pytest.approx(decibels(np.pi * radius**2), abs=0.25)
 
 
 @pytest.mark.parametrize("radius, height, coarse, fine", [(0.1, 1.0, 48, 90), (0.5, 2.0, 120, 200)])
@@ -142,33 +141,6 @@ def test_lobes_of_a_dihedral_along_its_fold(tmp_path: Path, side: float, distanc
             assert computed == pytest.approx(decibels(4 * np.pi * aperture**2 / WAVELENGTH**2), abs=0.5)
 
 
-@pytest.mark.parametrize("distance", [500.0, 20_000.0])
-def test_bodies_are_as_bright_at_every_range(tmp_path: Path, distance: float) -> None:
-    """Sphere, cylinder side on, triangular and square trihedral on their axes, to 0.5 dB (the far field of the cylinder's
-    2 m begins at 251 m)."""
-    legs = 4 * np.pi * 0.6**4 / WAVELENGTH**2
-    for mesh, direction, theory in (
-        (sphere(1.0, 32), [0.3, -0.5, 0.4], np.pi),
-        (cylinder(0.5, 2.0, 200), [1, 0.04, 0], K * 0.5 * 2.0**2),
-        (trihedral(0.6, 2, False), [1, 1, 1], legs / 3),
-        (trihedral(0.6, 2, True), [1, 1, 1], 3 * legs),
-    ):
-        assert rcs_dbsm(tmp_path, mesh, direction, distance) == pytest.approx(decibels(theory), abs=0.5)
-
-
-def test_dihedral_turned_by_an_eighth_of_a_turn_is_dark(tmp_path: Path) -> None:
-    """With its fold at 45 degrees to the polarization a dihedral returns only the other one: 25 dB down and more
-    (what is left are the single bounces of its plates at 45 degrees, -27 dB of the peak for 0.6 m)."""
-    t = np.pi / 4
-    turn = np.array([[1.0, 0, 0], [0, np.cos(t), -np.sin(t)], [0, np.sin(t), np.cos(t)]])
-    across = np.array([[np.cos(t), np.sin(t), 0], [-np.sin(t), np.cos(t), 0], [0, 0, 1]])  # opens along +x
-    body = optical(loaded(tmp_path, dihedral(0.6, 0.6, 1) @ across.T @ turn.T))
-    theory = decibels(8 * np.pi * 0.6**4 / WAVELENGTH**2)
-    assert decibels(cross_section(body, toward([1, 0, 0], 5000))) < theory - 25
-    upright = optical(loaded(tmp_path, dihedral(0.6, 0.6, 1) @ across.T))
-    assert decibels(cross_section(upright, toward([1, 0, 0], 5000))) == pytest.approx(theory, abs=0.5)
-
-
 def triangular_aperture(cosines: Floats) -> float:
     """Of a trihedral with unit legs and triangular faces (Spencer 1944; Doerry 2014, Reflectors for SAR, eqs. 2 and 3)."""
     minimum, middle, largest = np.sort(cosines)
@@ -194,13 +166,6 @@ def test_trihedral_on_and_off_axis(tmp_path: Path, leg: float, square: bool) -> 
             area = aperture(np.array(direction) / np.linalg.norm(direction)) * leg**2
             computed = rcs_dbsm(tmp_path, trihedral(leg, n, square), direction, 5000)
             assert computed == pytest.approx(decibels(4 * np.pi * area**2 / WAVELENGTH**2), abs=0.5)
-
-
-def test_trihedral_needs_its_third_bounce(tmp_path: Path) -> None:
-    """Followed for two surfaces only, most of a corner is gone."""
-    made = loaded(tmp_path, trihedral(0.6, 1, True))
-    full, short = (cross_section(optical(made, b), toward([1, 1, 1], 5000)) for b in (3, 2))
-    assert decibels(short) < decibels(full) - 10
 
 
 def test_a_path_must_see_the_radar_at_both_ends(tmp_path: Path) -> None:
@@ -236,20 +201,6 @@ def test_turning_body_and_antenna_together_changes_nothing(tmp_path: Path) -> No
     assert np.ptp(values) < 0.1
 
 
-@pytest.mark.parametrize("tilt_deg, rays", [(30.0, 31), (10.0, 16)])
-def test_a_plain_sum_of_sparse_rays_fails_where_facets_do_not(tmp_path: Path, tilt_deg: float, rays: int) -> None:
-    """docs/accuracy.md#coherent-ray-sums: on a square metre tilted by 30 degrees one ray per wavelength meets a
-    grating lobe and reads 38 dB too much, 16 rays across at 10 degrees read 8 dB too much; the closed form stays within 0.1
-    dB of theory."""
-    t = np.deg2rad(tilt_deg)
-    x = (np.arange(rays) + 0.5) / rays - 0.5
-    plain = abs(np.exp(2j * K * np.sin(t) * x).mean()) ** 2
-    exact = np.sinc(K * np.sin(t) / np.pi) ** 2
-    assert decibels(plain / exact) > 7.0
-    theory = decibels(4 * np.pi / WAVELENGTH**2 * np.cos(t) ** 2 * exact)
-    assert rcs_dbsm(tmp_path, plate(1, 1, 1), [np.sin(t), np.cos(t), 0], 20_000) == pytest.approx(theory, abs=0.1)
-
-
 def test_other_materials_return_their_share_of_the_power(tmp_path: Path) -> None:
     """Concrete reflects -8.1 dB (permittivity 5.24, ITU-R P.2040): a plate of it is 8.1 dB darker, a corner 24.3 dB."""
     for mesh, direction, bounces in ((plate(1, 1, 1), [0, 1, 0], 1), (trihedral(1, 1, True), [1, 1, 1], 3)):
@@ -259,3 +210,50 @@ def test_other_materials_return_their_share_of_the_power(tmp_path: Path) -> None
         )
         share = ((5.24**0.5 - 1) / (5.24**0.5 + 1)) ** 2
         assert decibels(concrete / steel) == pytest.approx(bounces * decibels(share), abs=0.1 * bounces)
+
+
+# near_field: A large plate near by, where it is no plane wave's target any more.
+SIDE = 5.0
+
+
+def fresnel_section(distance: float, aside: float, up: float) -> float:
+    """Cross-section [m^2] of a square plate seen from (aside, distance, up) over its middle: the product of two
+    Fresnel integrals of exp(-j k (x - x0)^2 / R), the two-way path to second order (Born and Wolf, 1999, section
+    8.8.1)."""
+    scale = np.sqrt(2 * K / (np.pi * distance))
+
+    def strip(offset: float) -> complex:
+        s, c = fresnel(scale * (np.array([-SIDE / 2, SIDE / 2]) - offset))
+        return complex(((c[1] - c[0]) - 1j * (s[1] - s[0])) / scale)
+
+    return float(4 * np.pi / WAVELENGTH**2 * abs(strip(aside) * strip(up)) ** 2)
+
+
+def summed_section(distance: float, aside: float, up: float) -> float:
+    """The same by adding a million small patches at their exact distances."""
+    x: NDArray[np.float64] = (np.arange(1000) + 0.5) / 1000 * SIDE - SIDE / 2
+    r = np.sqrt(distance**2 + (x[:, None] - aside) ** 2 + (x - up) ** 2)
+    origin = np.sqrt(distance**2 + aside**2 + up**2)
+    field = np.sum(distance / r * (origin / r) ** 2 * np.exp(-2j * K * (r - origin))) * (SIDE / 1000) ** 2
+    return float(4 * np.pi / WAVELENGTH**2 * abs(field) ** 2)
+
+
+@pytest.mark.sample(5)
+@pytest.mark.parametrize("distance", [100.0, 200.0, 400.0, 1000.0])
+@pytest.mark.parametrize("aside, up", [(0.0, 0.0), (1.0, 0.3), (2.4, -0.5)])
+def test_five_metres_of_plate_from_100_to_1000_m(tmp_path: Path, distance: float, aside: float, up: float) -> None:
+    """Within 0.5 dB of the Fresnel integrals and of brute force, in front of the plate, where it is brightest; its far field
+    begins at 3.1 km only. Both references agree to 0.05 dB where path differences of fourth order stay below 0.1 rad."""
+    exact = summed_section(distance, aside, up)
+    assert decibels(fresnel_section(distance, aside, up) / exact) == pytest.approx(0.0, abs=0.05)
+    for n in (1, 4):
+        body = optical(loaded(tmp_path, plate(SIDE, SIDE, n)))
+        computed = cross_section(body, np.array([aside, distance, up]))
+        assert decibels(computed / exact) == pytest.approx(0.0, abs=0.5)
+
+
+def test_near_limit_is_the_mirror_image(tmp_path: Path) -> None:
+    """So near that the plate spans many Fresnel zones it is a mirror: pi R^2, within the ripple of its edges (1 dB at
+    20 m)."""
+    body = optical(loaded(tmp_path, plate(SIDE, SIDE, 1)))
+    assert decibels(cross_section(body, np.array([0.4, 20.0, 0.3]))) == pytest.approx(decibels(np.pi * 400), abs=1.0)

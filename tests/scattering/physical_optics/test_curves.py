@@ -108,25 +108,3 @@ def test_physical_optics_of_a_sphere_is_mies_series() -> None:
         ratio = sphere_section(radius, 1.0) / mie_section(radius, 1.0)
         assert decibels(ratio) == pytest.approx(0.0, abs=0.1)
         assert decibels(mie_section(radius, 1.0) / (np.pi * radius**2)) == pytest.approx(0.0, abs=0.1)
-
-
-@pytest.mark.parametrize(
-    ("shape", "section"),
-    [
-        ({"shape": "sphere", "radius_m": 1.2}, math.pi * 1.2**2),
-        ({"shape": "cylinder", "radius_m": 0.4, "height_m": 1.0}, 2.0 * math.pi * 0.4 * 9.41e9 / LIGHT),
-    ],
-)
-def test_the_simulator_shows_the_cross_section(shape: dict[str, Any], section: float) -> None:
-    """Energy along range and azimuth against a point of the same cross-section, 3 km off, at two headings and flat earth."""
-    foot = 15.0 - shape.get("height_m", 0.0) / 2.0
-    radar = {"range_max_m": 3500, "azimuths": 360, "pulse_s": 2e-6}
-
-    def energy(body: dict[str, Any]) -> float:
-        made = rs.load_scene({"radar": radar, "environment": {"earth": "flat"}, "body": [body]})
-        return float(rs.Simulator(made).scan().power.sum())
-
-    of_point = energy({"name": "p", "shape": "point", "position_m": [0, 3000, 15], "rcs_dbsm": decibels(section)})
-    for heading in (0.0, 40.9):
-        body = {"name": "b", "scattering": "optics", "position_m": [0, 3000, foot], "heading_deg": heading, **shape}
-        assert decibels(energy(body) / of_point) == pytest.approx(0.0, abs=TOLERANCE)

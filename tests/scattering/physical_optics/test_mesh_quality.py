@@ -14,8 +14,8 @@ from radar_service.scattering.physical_optics.mesh_quality import (
     concave,
     curve_sag,
     length_text,
+    outward_side,
 )
-from radar_service.scattering.physical_optics.patches import outward_side
 from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, cylinder, dihedral, plate, sphere

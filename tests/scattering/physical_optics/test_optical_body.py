@@ -13,12 +13,9 @@ from radar_service.world.poses import pose_at
 from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.meshes import (
     WAVELENGTH,
-    cross_section,
     decibels,
-    optical,
     plate,
     sphere,
-    toward,
     trihedral,
     write_obj,
 )
@@ -121,50 +118,6 @@ def test_a_mesh_may_lie_far_from_its_origin(tmp_path: Path, scattering: str) -> 
     assert np.abs(fields[0]).max() > 0
     error = np.sum(np.abs(fields[1] - fields[0]) ** 2) / np.sum(np.abs(fields[0]) ** 2)
     assert error < {"optics": 1.6e-5, "diffuse": 1e-4}[scattering]
-
-
-def test_bytes_do_not_depend_on_how_spokes_are_grouped() -> None:
-    """Two corners under way in different directions, blocks of 16 and of 7, and twice the same."""
-    corner = {"shape": "trihedral", "edge_m": 0.5, "scattering": "optics", "heading_deg": 180, "speed_kn": 20}
-    bodies = [{"name": str(k), "position_m": [300 * k, 800, 5], "course_deg": 90 + 80 * k, **corner} for k in (0, 1)]
-    made = scene(bodies, radar=RADAR)
-    fields = [
-        np.concatenate([block.field for block in rs.Simulator(made).blocks(2, size)]).tobytes() for size in (16, 7, 16)
-    ]
-    assert fields[0] == fields[1] == fields[2]
-
-
-def test_built_in_corner_by_optics_is_as_bright_as_declared() -> None:
-    """The harbour's reflector: leg 0.6 m, 535 m^2, seen on its axis at 900 m."""
-    corner = {"name": "b", "shape": "trihedral", "edge_m": 0.6, "position_m": [0, 900, 15], "heading_deg": 180}
-    uses_optics, declared = (
-        rs.Simulator(scene([{**corner, **how}], radar=RADAR, environment=FLAT)).scan().power.sum(axis=1).max()
-        for how in ({"scattering": "optics"}, {"rcs_dbsm": 27.28})
-    )
-    assert decibels(float(uses_optics / declared)) == pytest.approx(0.0, abs=0.5)
-
-
-@pytest.mark.parametrize(("shape", "radius"), [("sphere", 0.5), ("sphere", 1.0), ("cylinder", 0.2), ("cylinder", 5.0)])
-def test_built_in_curves_by_optics_return_what_theory_says(shape: str, radius: float) -> None:
-    """pi r^2, and k r h^2 side on, at several aspects: 0.5 dB, the sag of their facets (world/shapes.py)."""
-    size = {"sphere": {"radius_m": radius}, "cylinder": {"radius_m": radius, "height_m": 1.0}}[shape]
-    made = scene([{"name": "b", "shape": shape, "scattering": "optics", "position_m": [0, 900, 0], **size}], radar=RADAR)
-    body = optical(made)
-    theory = {"sphere": np.pi * radius**2, "cylinder": K * radius}[shape]
-    for turn in (0.1, 0.9, 2.3, 4.0, 5.5):
-        antenna = toward([np.sin(turn), np.cos(turn), 0.0], 15_000) + [0, 0, 0.5]
-        assert decibels(cross_section(body, antenna) / theory) == pytest.approx(0.0, abs=0.5)
-
-
-def test_a_wall_occludes_a_plate_behind_it() -> None:
-    """A plate behind a wall returns nothing; the same plate before it does."""
-    wall = {"name": "w", "shape": "box", "length_m": 2, "width_m": 60, "height_m": 40, "rcs_dbsm": -100}
-    sheet = {"name": "p", "shape": "plate", "width_m": 1, "height_m": 1, "heading_deg": 180, "scattering": "optics"}
-    levels = []
-    for north in (700, 900):
-        bodies = [{**wall, "position_m": [0, 800, 0]}, {**sheet, "position_m": [0, north, 15]}]
-        levels.append(rs.Simulator(scene(bodies, radar=RADAR, environment=FLAT)).scan().power.max())
-    assert levels[1] < 1e-6 * levels[0]
 
 
 def test_a_plate_observed_edge_on_returns_nothing() -> None:

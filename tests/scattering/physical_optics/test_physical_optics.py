@@ -11,16 +11,20 @@ import pytest
 import radar_service as rs
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
+from radar_service.scattering.physical_optics.body_legs import FLATTEST, BodyLeg, SeaField
 from radar_service.scattering.physical_optics.cast_shadows import above_water, cut
-from radar_service.scattering.physical_optics.edge_limits import BEAM_SHARE, EXTENT_SHARE, MAX_BEND, RANGE_SHARE, EdgeLimits
-from radar_service.scattering.physical_optics.patches import concave_sides, outward_side, shared_edges
-from radar_service.scattering.physical_optics.path_centres import flattest, over_nodes
+from radar_service.scattering.physical_optics.mesh_quality import concave_sides, outward_side, shared_edges
 from radar_service.scattering.physical_optics.picture import Picture, Windows
-from radar_service.scattering.physical_optics.plane_echoes import PlaneEchoes
-from radar_service.scattering.physical_optics.scattering_centres import Lattice
-from radar_service.scattering.physical_optics.sea_field import FLATTEST, SeaField
-from radar_service.scattering.physical_optics.vessel_walls import dark_share, upright_share, upright_warnings
+from radar_service.scattering.physical_optics.plane_echoes import (
+    BEAM_SHARE,
+    EXTENT_SHARE,
+    MAX_BEND,
+    RANGE_SHARE,
+    EdgeLimits,
+    PlaneEchoes,
+)
+from radar_service.scattering.physical_optics.plating import dark_share, upright_share, upright_warnings
+from radar_service.scattering.physical_optics.scattering_centres import Lattice, flattest, over_nodes
 from radar_service.world.body import Mesh
 from radar_service.world.poses import MAP_POSE, BodyPose
 from radar_service.world.shapes import box, dihedral, plate, sphere
@@ -47,7 +51,7 @@ def test_a_leg_is_straight_from_its_eye(by_sea: bool, heading: float, earth_radi
     np.testing.assert_allclose(distance, leg.length(points), rtol=0.0, atol=1e-9 if earth_radius == np.inf else 5e-5)
 
 
-# edge_limits: how fine fields of metal have to be, by what bounds edges and cells.
+# plane_echoes: how fine fields of metal have to be, by what bounds edges and cells.
 LIMITS = EdgeLimits(range_cell=7.5, beamwidth=math.radians(1.2), wavelength=0.032, extent=100.0)
 
 
@@ -115,7 +119,7 @@ def test_windows_hold_what_surrounds_the_antenna(place: Floats) -> None:
     assert bool(around.before(ahead)[0]) == (place[1] > -100.0)
 
 
-# path_centres: what legs weigh fields by, over what the nodes of a lattice have.
+# scattering_centres: what legs weigh fields by, over what the nodes of a lattice have.
 POINTS = np.array([[0.0, 0.0, 0.3], [1.0, 2.0, 1.0], [0.5, -1.0, 2.9]])
 ENDS = np.array([[0.3, 0.3], [0.2, 1.8], [2.9, 2.9]])  # m: of a bounce both differ
 ECHOES = PlaneEchoes(POINTS, ENDS, np.ones(3, dtype=np.complex128), np.zeros(3, dtype=np.int64), np.array([1, 2, 1]))
@@ -152,7 +156,7 @@ def test_a_leg_for_all_paths_weighs_both_ends_of_bounces() -> None:
     assert flattest((alone,)) == pytest.approx(min(FLATTEST, 0.3 * 4.8))
 
 
-# patches: shared edges, facing triangles and outer sides of shapes whose answers are known.
+# mesh_quality: shared edges, facing triangles and outer sides of shapes whose answers are known.
 def united(*parts: Mesh) -> Mesh:
     starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
     faces = [part.faces + start for part, start in zip(parts, starts[:-1], strict=True)]
@@ -264,7 +268,7 @@ def test_bodies_above_the_water_are_left_as_they_are() -> None:
     assert len(above_water(corners, 100.0)[0]) == 0
 
 
-# vessel_walls: what `check` says of the walls of vessels.
+# plating: what `check` says of the walls of vessels.
 UPRIGHT, DARK = "upright, over a reflecting sea", "flat plates: echo at broadside alone"
 HULL = {"shape": "hull", "length_m": 60.0, "beam_m": 11.0, "height_m": 10.0}
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.scattering.physical_optics.patches import outward_side
+from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
 from radar_service.world.body import Mesh
 from radar_service.world.hull_types import hull_mesh

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.special import j0, jv
+from scipy.special import jv
 
 import radar_service as rs
 from radar_service.scattering.physical_optics import plating
+from radar_service.scattering.physical_optics.mesh_quality import COPLANAR, shared_edges
 from radar_service.scattering.physical_optics.model import OpticalBody
-from radar_service.scattering.physical_optics.patches import COPLANAR, shared_edges
 from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.surface_sampling import normals_and_areas
 from tests.measurements.cross_sections import fields, sections_dbsm
@@ -146,26 +146,6 @@ def test_the_field_is_continuous_where_dents_fade() -> None:
         turning = side() | {"length_m": 4.0, "course_deg": 90.0 + edge - 0.01, "turn_rate_deg_s": 0.001}
         steps = np.abs(np.diff(fields(scene([turning], environment={"earth": "flat"}), np.arange(20.0))))
         assert np.abs(np.diff(steps)).max() < 0.1 * steps.max()
-
-
-def test_bounces_keep_the_coherent_part() -> None:
-    """A dihedral seen along its axis: both walls at 45 degrees, J0(k w cos 45) each, averaged over depths with their phases."""
-    corner = {
-        "name": "d",
-        "shape": "dihedral",
-        "width_m": 4.0,
-        "height_m": 4.0,
-        "position_m": [0, 2000, 15],
-        "heading_deg": 180.0,
-    }
-    flat, dented = (
-        float(sections_dbsm(scene([corner | more], environment={"earth": "flat"}), [0.0])[0])
-        for more in ({}, {"plating": {"dent_m": 0.006}})
-    )
-    depth = 0.006 * (1.0 + plating.SPREAD * np.sqrt(3.0) * np.linspace(-1.0, 1.0, 2001))
-    phase = K * np.cos(np.pi / 4.0) * depth
-    each = abs(np.mean(j0(phase) * np.exp(1j * phase)))
-    assert dented - flat == pytest.approx(40.0 * np.log10(each), abs=0.3)  # single bounces add 0.2 dB
 
 
 def test_only_large_walls_are_plated() -> None:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.propagation.sea_surface import sea_water_permittivity
-from radar_service.scattering.physical_optics import sea_field
+from radar_service.scattering.physical_optics import body_legs
 from tests.propagation.test_diffraction import units
 from tests.reference.smooth_sea import EARTH, LIGHT, contour_field
 from tests.scenes import point, scene
@@ -106,7 +106,7 @@ def test_metal_that_creeps_has_the_echo_of_metal_at_rest(distance: float) -> Non
 def test_metal_changes_little_where_one_leg_begins_to_stand_for_all(monkeypatch: pytest.MonkeyPatch) -> None:
     """Both ways at the distance of the change: a box and a hull off their flashes. Measured: 0.01 of the field, on hulls of 30 m
     0.07, as the sea's ray does not light their decks; here 0.02."""
-    slope, drop = sea_field.ONE_LEG / units(9.41e9)[2], 1.0 / EARTH
+    slope, drop = body_legs.ONE_LEG / units(9.41e9)[2], 1.0 / EARTH
     distance = (np.sqrt(slope**2 + 2.0 * 15.0 * drop) - slope) / drop
     bodies = [
         metal("box", distance, 0.0, length_m=12.0, width_m=6.0, height_m=6.0) | {"heading_deg": 25},
@@ -115,7 +115,7 @@ def test_metal_changes_little_where_one_leg_begins_to_stand_for_all(monkeypatch:
     for body in bodies:
         fields = []
         for limit in (0.45, 0.55):
-            monkeypatch.setattr(sea_field, "ONE_LEG", limit)
+            monkeypatch.setattr(body_legs, "ONE_LEG", limit)
             fields.append(rs.Simulator(scene([body], radar=RADAR, environment=SEA), "balanced").scan().field)
         assert 0.0 < np.abs(fields[0] - fields[1]).max() < 0.02 * np.abs(fields[0]).max()
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from radar_service.numerics.types import Floats, Indices
-from radar_service.scene_file.readers.flat_copies import flat_copies, numbered_edges
+from radar_service.scene_file.readers.mesh import flat_copies, numbered_edges
 from radar_service.world.shapes import cylinder, sphere
 from tests.scattering.physical_optics.meshes import ODD, cross_section, loaded, optical, toward
 from tests.scene_file.readers.mesh_files import mesh_from_bytes

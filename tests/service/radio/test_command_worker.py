@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.commands.simulator_options import SimulatorOptions
+from radar_service.commands.shared_options import SimulatorOptions
 from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.scene_file.load import load_scene

@@ -54,6 +54,7 @@ def test_paths_are_those_of_points_inside(table: dict[str, Any], antenna: tuple[
     np.testing.assert_allclose(found, expected, atol=2.0)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("table", [EVERYWHERE, {"outline_m": [[-9e4, -9e4], [-9e4, 9e4], [9e4, 9e4], [9e4, -9e4]]}])
 @pytest.mark.parametrize("environment", [{}, {"sea_state": 4, "noise": True}], ids=["rain", "sea"])
 def test_a_cell_everywhere_is_uniform_rain(table: dict[str, Any], environment: dict[str, Any]) -> None:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.stages.clutter.texture_law import FAR, TextureGains, TextureLaw, interpolation
+from radar_service.stages.clutter.texture import FAR, TextureGains, TextureLaw, interpolation
 
 LAW = TextureLaw(20.0, 10.0, np.deg2rad(30.0), 0.0)
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 from numpy.typing import NDArray
 
-from radar_service.stages.clutter.texture_law import TextureLaw
+from radar_service.stages.clutter.texture import TextureLaw
 from radar_service.stages.clutter.texture_rows import (
     CHUNK,
     IndependentRows,

@@ -187,25 +187,6 @@ def test_bytes_do_not_depend_on_threads_or_the_start() -> None:
     np.testing.assert_array_equal(third.field, later.scan().field)
 
 
-def test_a_second_trace_of_a_ship_in_the_shadow_of_the_funnel_late() -> None:
-    """Own ship turns and rolls over a sea, a ship of declared cross-section keeps abeam: in the 25th scan its second trace is
-    labelled at twice its range, its third at three times it, and nothing else is."""
-    coaster = {"name": "coaster", "shape": "hull", "rcs_dbsm": 45, "length_m": 60, "beam_m": 10, "height_m": 9,
-               "position_m": [220, 150, 0], "course_deg": 20, "speed_kn": 14, "roll_deg": 2, "roll_period_s": 8}  # fmt: skip
-    own = {"course_deg": 20, "speed_kn": 14, "turn_rate_deg_s": 0.1, "roll_deg": 3, "roll_period_s": 11}
-    radar = RADAR | {"structure": [FUNNEL], "multiple_echoes": {"own_rcs_dbsm": 50}}
-    sim = rs.Simulator(scene([coaster], radar=radar, own_ship=own, environment=SEA), "fast", seed=2, labels=True)
-    sim.skip_to(25)
-    scan, (crossing,) = sim.scan(), sim.crossings(25)
-    rows, columns = np.nonzero(scan.labels == 8)
-    assert len(rows) > 10
-    twice = 2.0 * crossing.range
-    distance = (columns + 0.5) * sim.scene.radar.range_step
-    second = np.abs(distance - twice) < 150.0  # the ship's length, and range sidelobes of 30 m, each way
-    third = np.abs(distance - 1.5 * twice) < 150.0
-    assert np.mean(second | third) > 0.98 and np.count_nonzero(second) > 5
-
-
 def test_a_ship_that_passes_takes_resting_echoes_away_behind_the_funnel_too() -> None:
     """A point at rest in the shadow of the funnel, and a ship that comes to hide it: then nothing is left of it, as without."""
     bearing = np.radians(173.0)

@@ -14,9 +14,16 @@ from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.study.chart import chart
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
 from radar_service.study.chart.point import Point, pareto, time_interleaved
-from radar_service.study.chart.power_panel import mean_and_spread, power_points, target_windows
+from radar_service.study.chart.power_panel import (
+    mean_and_spread,
+    power_points,
+    powers_in,
+    ray_powers,
+    samplers,
+    scatterer_powers,
+    target_windows,
+)
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
-from radar_service.study.chart.samplers import powers_in, ray_powers, samplers, scatterer_powers
 from radar_service.study.chart.scattering_panel import canonical_targets
 from tests.scenes import scene
 from tests.study.chart.settings import PLATE, SMALL

@@ -5,7 +5,7 @@ import pytest
 
 from radar_service.radar.antenna import AntennaPattern
 from radar_service.radar.patterns import PATTERNS, Table, Taylor
-from radar_service.study.chart.closed_form import beam, compressed_pulse
+from radar_service.study.chart.reference_surface import beam, compressed_pulse
 from tests.reference.compressed_pulse import compressed_pulse as other_pulse
 from tests.reference.point_scene import other_chirp
 from tests.scenes import radar

@@ -6,8 +6,8 @@ import pytest
 from radar_service.echo.echoes import Echoes
 from radar_service.numerics.types import Indices, Profiles
 from radar_service.radar.parameters import Radar
-from radar_service.study.chart.closed_form import closed_form_field
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, relative_db, step_count, workload_of
+from radar_service.study.chart.reference_surface import closed_form_field
 from radar_service.study.chart.signal_chain import BLOCK, Method
 from tests.scenes import radar
 from tests.study.chart.settings import SMALL

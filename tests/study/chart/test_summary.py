@@ -1,7 +1,7 @@
 """The chart in words."""
 
+from radar_service.study.chart.figure import summary, summary_text
 from radar_service.study.chart.point import Point
-from radar_service.study.chart.summary import summary, summary_text
 
 
 def test_the_summary_lists_presets_the_fastest_and_the_slow() -> None:

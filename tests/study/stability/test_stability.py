@@ -9,8 +9,7 @@ import pytest
 
 from radar_service.study import stability
 from radar_service.study.stability import studies
-from radar_service.study.stability.closed_form import echo_amplitude, error_db, point, point_fields, scene_of
-from radar_service.study.stability.finding import bisect, crossing
+from radar_service.study.stability.finding import bisect, crossing, echo_amplitude, error_db, point, point_fields, scene_of
 from tests.reference.compressed_pulse import point_field
 from tests.study.stability.run import finding_of
 

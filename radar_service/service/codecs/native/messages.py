@@ -25,9 +25,8 @@ from radar_service.display.video import (
 from radar_service.numerics.types import Profiles, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.records.truth import Truth
-from radar_service.service.blind import told_fields, told_plan, told_warnings
-from radar_service.service.codecs.native.source_fields import source_fields
-from radar_service.service.codecs.native.views import apply_view, request_from_query, trim
+from radar_service.service.access import told_fields, told_plan, told_warnings
+from radar_service.service.codecs.native.views import apply_view, request_from_query, source_fields, trim
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.world.outline import SceneOutline

@@ -3,8 +3,19 @@
 import numpy as np
 
 from radar_service.simulator import Simulator
-from radar_service.study.stability.closed_form import error_db, point, point_fields, scene_of
-from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decibels, plain
+from radar_service.study.stability.finding import (
+    Axis,
+    Expected,
+    Finding,
+    crossing,
+    curve,
+    decibels,
+    error_db,
+    plain,
+    point,
+    point_fields,
+    scene_of,
+)
 
 
 def narrow_beam(fine: int = 1) -> Finding:

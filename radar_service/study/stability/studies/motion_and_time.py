@@ -12,8 +12,8 @@ from radar_service.radar.waveform import pulse_doppler_shift
 from radar_service.records.fidelity import PRESETS
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
-from radar_service.study.stability.closed_form import WAVELENGTH, error_db, point, point_fields, scene_of
 from radar_service.study.stability.finding import (
+    WAVELENGTH,
     Axis,
     Expected,
     Finding,
@@ -21,7 +21,11 @@ from radar_service.study.stability.finding import (
     crossing,
     curve,
     decades,
+    error_db,
     plain,
+    point,
+    point_fields,
+    scene_of,
 )
 from radar_service.world.scene import Scene
 

@@ -8,8 +8,7 @@ from radar_service.engine.preparation import prepare
 from radar_service.numerics.types import Profiles
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.physical_optics.plating import SPREAD
-from radar_service.study.stability.closed_form import WAVELENGTH, scene_of
-from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, plain
+from radar_service.study.stability.finding import WAVELENGTH, Axis, Expected, Finding, crossing, curve, plain, scene_of
 
 LIMIT_DB = 1.0
 SEEDS = 4  # walls over which fields are averaged: the coherent part remains

@@ -9,8 +9,19 @@ from radar_service.numerics.types import Floats
 from radar_service.propagation.multipath import specular_geometry, two_ray_factor
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.propagation.sea_surface import ament, miller_brown
-from radar_service.study.stability.closed_form import WAVELENGTH, echo_amplitude, scene_of
-from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
+from radar_service.study.stability.finding import (
+    WAVELENGTH,
+    Axis,
+    Expected,
+    Finding,
+    crossing,
+    curve,
+    decades,
+    decibels,
+    echo_amplitude,
+    plain,
+    scene_of,
+)
 
 EARTH = 4.0 / 3.0 * EARTH_RADIUS
 ANTENNA, TARGET = 15.0, 10.0  # m above the sea

@@ -11,14 +11,22 @@ from radar_service.receive.compression import compression_for
 from radar_service.scene_file.model.radar import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
-from radar_service.study.stability.closed_form import (
+from radar_service.study.stability.finding import (
+    Axis,
+    Expected,
+    Finding,
+    bisect,
+    crossing,
+    curve,
+    decades,
+    decibels,
     echo_amplitude,
     error_db,
+    plain,
     point,
     point_fields,
     scene_of,
 )
-from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, decibels, plain
 
 BUDGET_DB = -40.0  # default error budget of the field
 KERNEL_DB = -60.0  # error of the engine's kernel

@@ -10,8 +10,17 @@ from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneOptics, Wave
-from radar_service.study.stability.closed_form import WAVELENGTH
-from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, decibels, plain
+from radar_service.study.stability.finding import (
+    WAVELENGTH,
+    Axis,
+    Expected,
+    Finding,
+    crossing,
+    curve,
+    decades,
+    decibels,
+    plain,
+)
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
 from radar_service.world.body import Mesh

@@ -8,8 +8,17 @@ from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.records.fidelity import PRESETS
-from radar_service.study.stability.closed_form import error_db, scene_of
-from radar_service.study.stability.finding import Axis, Expected, Finding, crossing, curve, decades, plain
+from radar_service.study.stability.finding import (
+    Axis,
+    Expected,
+    Finding,
+    crossing,
+    curve,
+    decades,
+    error_db,
+    plain,
+    scene_of,
+)
 from radar_service.world.body import Body, Mesh
 from radar_service.world.motion import Motion
 from radar_service.world.scene import Scene

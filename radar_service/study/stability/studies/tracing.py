@@ -4,8 +4,17 @@ import numpy as np
 
 from radar_service.numerics.types import Floats
 from radar_service.propagation.radar_equation import two_way_phase
-from radar_service.study.stability.closed_form import WAVELENGTH
-from radar_service.study.stability.finding import Axis, Expected, Finding, bisect, crossing, curve, decades, plain
+from radar_service.study.stability.finding import (
+    WAVELENGTH,
+    Axis,
+    Expected,
+    Finding,
+    bisect,
+    crossing,
+    curve,
+    decades,
+    plain,
+)
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
 from radar_service.trace.moller_trumbore import printed_crossings, watertight_crossings

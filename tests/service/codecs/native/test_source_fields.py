@@ -12,8 +12,7 @@ from radar_service.display.video import Controls, decibels, display_video, layou
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.service.codecs.native import messages
 from radar_service.service.codecs.native.messages import NativeCodec, encode
-from radar_service.service.codecs.native.source_fields import fields_by_rows, shown_cells, source_fields
-from radar_service.service.codecs.native.views import trim
+from radar_service.service.codecs.native.views import fields_by_rows, shown_cells, source_fields, trim
 from radar_service.service.feed_request import View
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.service.fake import AZIMUTHS, BINS, FakeEngine, labels_of, scene

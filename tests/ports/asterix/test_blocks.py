@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.ports.asterix.video_blocks import Form, summary, video
+from radar_service.ports.asterix.blocks import Form, summary, video
 from tests.ports.asterix.reading import Video, blocks, record, videos
 from tests.ports.reflectors import batches, crossings, radar_of, simulator
 from tests.reference.true_north import true_deg

@@ -7,7 +7,7 @@ from typing import Any
 import msgpack
 import pytest
 
-from radar_service.ports.rest import pose_feed
+from radar_service.ports.rest import websockets
 from radar_service.service.access import Access
 from tests.ports.asgi import Closed, Socket
 from tests.ports.playing import playing
@@ -65,8 +65,8 @@ async def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
 
 
 async def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(pose_feed, "POSES_PER_SECOND", 1e-3)
-    monkeypatch.setattr(pose_feed, "POSES_AT_ONCE", 2.0)
+    monkeypatch.setattr(websockets, "POSES_PER_SECOND", 1e-3)
+    monkeypatch.setattr(websockets, "POSES_AT_ONCE", 2.0)
     async with playing(station()) as server:
         socket = await server.open(PATH)
         for _ in range(3):
