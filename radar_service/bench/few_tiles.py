@@ -116,8 +116,7 @@ class FewTiles:
 
 
 def prepared_together(simulators: Sequence[Simulator]) -> list[Prepared]:
-    """Returns the scenes of some seeds, prepared so that echoes are computed for all seeds at once, with the bytes of each one's
-    own. simulators: of a scenario that `has_few`, of steady points."""
+    """Returns scenes of steady points that `has_few`, prepared to compute the echoes of all at once, with the same bytes."""
     first, bodies = simulators[0], [each.scene.bodies for each in simulators]
     scene = first.scene.with_world(bodies=tuple(body for some in bodies for body in some))
     moving = pipeline_set_up(scene, first.fidelity, first.seed).prepared.moving
@@ -139,12 +138,12 @@ class _OneSeed:
         return len(self._alone)
 
     def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
-        """As MovingEchoes.block_size: where all seeds have long blocks, so has each."""
+        """Returns the length of blocks: where all seeds have long ones, so has each."""
         size = int(self._shared(azimuths, "size", lambda: self._every.block_size(azimuths, usual)))
         return size if size == len(azimuths.time) else self._alone.block_size(azimuths, usual)
 
     def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
-        """As MovingEchoes.echoes."""
+        """Returns the echoes in the beam."""
         echoes: BeamWeightedEchoes = self._shared(azimuths, "echoes", lambda: self._every.echoes(azimuths))
         own = np.flatnonzero(self._owner[echoes.body] == self._seed)
         return self._alone.echoes(azimuths) if len(own) > 1 else echoes.chosen(own)

@@ -70,8 +70,8 @@ def keep_plots(folder: Path, scenario: Scenario, seeds: Sequence[int]) -> None:
         return
     simulators = [simulator_of(scenario, seed) for seed in seeds]
     if has_few(simulators[0], threshold_of(scenario.plots, simulators[0].scene)):
-        for seed, made in zip(seeds, zip(simulators, prepared_together(simulators), strict=True), strict=True):
-            _made(plots_path(folder, scenario, seed), scenario, seed, made)
+        for seed, shared in zip(seeds, zip(simulators, prepared_together(simulators), strict=True), strict=True):
+            _made(plots_path(folder, scenario, seed), scenario, seed, shared)
 
 
 def plots_path(folder: Path, scenario: Scenario, seed: int) -> Path:
@@ -144,15 +144,15 @@ def _texts(value: object) -> Iterator[str]:
             yield from _texts(part)
 
 
-def _made(path: Path | None, scenario: Scenario, seed: int, made: tuple[Simulator, Prepared] | None = None) -> str:
-    """The text of a file of plots, which is written where it has a path. made: with other seeds."""
+def _made(path: Path | None, scenario: Scenario, seed: int, shared: tuple[Simulator, Prepared] | None = None) -> str:
+    """The text of a file of plots, which is written where it has a path. shared: with other seeds."""
     name = f"{scenario.name}, seed {seed}"
 
     def tell(flood: str) -> None:
         if seed == 0:  # the report has a remark on all seeds
             print(f"{name}: {flood}", file=sys.stderr, flush=True)
 
-    scans = observed(scenario, seed, tell, made)
+    scans = observed(scenario, seed, tell, shared)
     results = list(progress(scans, scenario.scans, "scans", lambda _: f"{name}: plots", within=True))
     remark = flood_remark([result.flood for result in results if result.flood], len(results))
     kept = {"digest": plots_digest(scenario, seed), "scans": [asdict(replace(result, flood=None)) for result in results]}

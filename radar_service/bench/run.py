@@ -107,14 +107,17 @@ def simulator_of(scenario: Scenario, seed: int) -> Simulator:
 
 
 def observed(
-    scenario: Scenario, seed: int, tell: Callable[[str], None] | None = None, made: tuple[Simulator, Prepared] | None = None
+    scenario: Scenario,
+    seed: int,
+    tell: Callable[[str], None] | None = None,
+    shared: tuple[Simulator, Prepared] | None = None,
 ) -> Iterator[ScanResult]:
-    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor; made: with other seeds. Raises
+    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor; shared: with other seeds. Raises
     SceneError, and ScenarioError for a recording that is not whole."""
     if scenario.recorded:
         yield from recorded_scans(scenario)
         return
-    simulator, prepared = made or (simulator_of(scenario, seed), None)
+    simulator, prepared = shared or (simulator_of(scenario, seed), None)
     scene = simulator.scene
     extractor = extractor_of(scenario.plots, scene, tell)
     few = FewTiles(simulator, extractor.threshold, prepared) if has_few(simulator, extractor.threshold) else None
