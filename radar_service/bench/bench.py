@@ -14,11 +14,19 @@ import numpy as np
 from scipy.stats import sem
 from typing_extensions import override
 
-from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder
+from radar_service.batch.jobs import Executor, Job, Outcome, Progress, ResultFolder, outcomes
 from radar_service.batch.jobs import run as run_jobs
 from radar_service.bench.blind import Blind, blind_for
 from radar_service.bench.diagnosis import failed_runs
-from radar_service.bench.kept_plots import bench_digest, named_files, plots_digest, program_version, source_digest
+from radar_service.bench.kept_plots import (
+    bench_digest,
+    keep_plots,
+    named_files,
+    plots_digest,
+    plots_path,
+    program_version,
+    source_digest,
+)
 from radar_service.bench.scenario import PROFILES, Limit, Scenario
 from radar_service.bench.scores.sightings import ACQUISITION
 from radar_service.bench.scores.verdicts import Verdict, boundaries, verdict
@@ -32,6 +40,7 @@ from radar_service.plan.plan import plan_for
 from radar_service.scene_file.load import load_scene
 from radar_service.simulation.engine_set_up import chosen_fidelity
 
+TOGETHER, FEWEST = 25, 8  # runs whose plots are made together, at most and at least
 FEWER = 3  # times fewer runs of scenarios in clutter in a smoke test
 HALF_TURN = 0.5  # of the antenna, beyond which a tracker is told to be slow
 MAX_HANGS = 3  # of one tracker, each of which takes a minute
@@ -96,11 +105,16 @@ def runs_of(
     ]
     kept = KeptRuns(folder / "runs", [scenario.name for scenario in scenarios] if first else ())
     order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
+    together = [*_together(jobs, kept)]
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
         if count and not counts:  # before the first run that is made
             check_start(tracker, scenarios[0], blind)
+            counts["checked"] += 1
         return _watched(progress(outcomes, count), counts)
+
+    for _ in watched(outcomes(keep_plots, together, executor, None), len(together)):
+        pass  # a run without plots makes its own, or tells why there are none
 
     try:
         answers = run_jobs(run, [jobs[place] for place in order], executor, kept, watched)
@@ -108,6 +122,19 @@ def runs_of(
         end_waiting()
     results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
     return {name: [next(results) for _ in some] for name, some in numbers.items()}
+
+
+def _together(jobs: Iterable[Job], kept: ResultFolder) -> Iterator[Job]:
+    """Jobs that keep the plots of TOGETHER runs of a scenario each, of those that are to be made and have none."""
+    fresh: dict[str, list[Job]] = {}
+    for job in jobs:
+        scenario, seed, _, plots, sealed = job.arguments
+        if sealed != () and not plots_path(plots, scenario, seed).exists() and kept.read(job) is None:
+            fresh.setdefault(scenario.name, []).append(job)
+    for some in fresh.values():
+        for first in range(0, len(some) - FEWEST + 1, TOGETHER):
+            (scenario, *_, plots, _), those = some[first].arguments, some[first : first + TOGETHER]
+            yield Job(f"plots of {those[0].name}", (plots, scenario, [job.arguments[1] for job in those]))
 
 
 def plots_folder(folder: Path, plots: Path | None) -> Path:

@@ -3,21 +3,26 @@
 A tile is left out where its noise and a bound of its echoes do not reach the threshold together.
 """
 
-from collections.abc import Iterator
-from typing import Any
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+from typing import Any, cast
 
 import numpy as np
 
+from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
+from radar_service.echo.moving import MovingEchoes
 from radar_service.engine.pipeline import noise_amplitude, profiles, tile_azimuths
+from radar_service.engine.preparation import Prepared
 from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats
+from radar_service.numerics.types import Floats, Indices
 from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor, ScanPlots
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.propagation.radar_equation import received_amplitude
 from radar_service.receive.detection import square_law
 from radar_service.records.reports import Readings
+from radar_service.simulation.engine_set_up import pipeline_set_up
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_in
 
@@ -42,8 +47,9 @@ def has_few(simulator: Simulator, threshold: Threshold) -> bool:
 class FewTiles:
     """The plots of the scans of a simulator."""
 
-    def __init__(self, simulator: Simulator, threshold: Threshold) -> None:
-        self._simulator, self._radar, (self._prepared,) = simulator, simulator.scene.radar, simulator.pulses
+    def __init__(self, simulator: Simulator, threshold: Threshold, prepared: Prepared | None = None) -> None:
+        """prepared: by `prepared_together`."""
+        self._simulator, self._radar, self._prepared = simulator, simulator.scene.radar, prepared or simulator.pulses[0]
         self._level = threshold.of(np.empty((1, 1), dtype=np.float32))[0, 0]
 
     def _bounds(self, scans: range) -> Floats:
@@ -107,3 +113,43 @@ class FewTiles:
             row, cell = np.nonzero(power > self._level)
             parts.append((azimuths.number[row], cell, power[row, cell].astype(np.float64)))
         return [np.concatenate(column) for column in zip(*parts, strict=True)]
+
+
+def prepared_together(simulators: Sequence[Simulator]) -> list[Prepared]:
+    """Returns scenes of steady points that `has_few`, prepared to compute the echoes of all at once, with the same bytes."""
+    first, bodies = simulators[0], [each.scene.bodies for each in simulators]
+    scene = first.scene.with_world(bodies=tuple(body for some in bodies for body in some))
+    moving = pipeline_set_up(scene, first.fidelity, first.seed).prepared.moving
+    moving.separate = True
+    owner, kept = np.repeat(np.arange(len(bodies)), [*map(len, bodies)]), dict[Any, Any]()
+    every = enumerate(each.pulses[0] for each in simulators)
+    return [replace(alone, moving=cast(MovingEchoes, _OneSeed(moving, owner, kept, k, alone.moving))) for k, alone in every]
+
+
+class _OneSeed:
+    """The `MovingEchoes` of one seed. Sums of several echoes have the bytes of their number, and are computed alone."""
+
+    def __init__(self, every: MovingEchoes, owner: Indices, kept: dict[Any, Any], seed: int, alone: MovingEchoes) -> None:
+        """every: the bodies of all seeds; owner: (B,) seed of each body; kept: what all share; seed: by its place."""
+        self._every, self._owner, self._kept, self._seed = every, owner, kept, seed
+        self._alone, self.visibility = alone, alone.visibility
+
+    def __len__(self) -> int:
+        return len(self._alone)
+
+    def block_size(self, azimuths: AzimuthTimes, usual: int) -> int:
+        """Returns the length of blocks: where all seeds have long ones, so has each."""
+        size = int(self._shared(azimuths, "size", lambda: self._every.block_size(azimuths, usual)))
+        return size if size == len(azimuths.time) else self._alone.block_size(azimuths, usual)
+
+    def echoes(self, azimuths: AzimuthTimes) -> BeamWeightedEchoes:
+        """Returns the echoes in the beam."""
+        echoes: BeamWeightedEchoes = self._shared(azimuths, "echoes", lambda: self._every.echoes(azimuths))
+        own = np.flatnonzero(self._owner[echoes.body] == self._seed)
+        return self._alone.echoes(azimuths) if len(own) > 1 else echoes.chosen(own)
+
+    def _shared(self, azimuths: AzimuthTimes, name: str, compute: Callable[[], Any]) -> Any:
+        key = name, int(azimuths.number[0]), len(azimuths.number)
+        if key not in self._kept:
+            self._kept[key] = compute()
+        return self._kept[key]

@@ -15,12 +15,15 @@ from typing import Any
 
 from radar_service.bench.ais_reports import with_ais
 from radar_service.bench.blind import FIRST_SEED
-from radar_service.bench.run import observed, surroundings
+from radar_service.bench.few_tiles import has_few, prepared_together
+from radar_service.bench.run import observed, simulator_of, surroundings, threshold_of
 from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.callable_child import scan_of
+from radar_service.engine.preparation import Prepared
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import flood_remark
+from radar_service.simulator import Simulator
 from radar_service.strict_json import tupled
 from radar_service.terminal.output_files import make_folder, write_file
 from radar_service.terminal.progress import progress
@@ -44,19 +47,11 @@ class ObservedRun:
 
 def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> ObservedRun:
     """Returns plots and truth of a scenario and a seed, kept in the folder where they are made of the same; or makes and keeps
-    them. folder: None keeps nothing. The name of a file tells no salted seed. Raises SceneError and OSError."""
-    name, digest = f"{scenario.name}-{seed}", plots_digest(scenario, seed)
-    if seed >= FIRST_SEED:
-        name = hashlib.blake2b(name.encode(), digest_size=16).hexdigest()
-    path = folder and folder / f"{name}.json.gz"
-    kept = _read(path, digest) if path else None
+    them. folder: None keeps nothing. Raises SceneError and OSError."""
+    path = folder and plots_path(folder, scenario, seed)
+    kept = _read(path, plots_digest(scenario, seed)) if path else None
     if kept is None:
-        kept = {"digest": digest, **_observe(scenario, seed)}
-        text = json.dumps(kept, allow_nan=False)
-        if path:
-            make_folder(path.parent)
-            write_file(path, gzip.compress(text.encode(), compresslevel=6))
-        kept = json.loads(text)  # the first tracker gets what the next ones get
+        kept = json.loads(_made(path, scenario, seed))  # the first tracker gets what the next ones get
     around = Surroundings(tuple((east, north) for east, north in kept["around"]["land"]), kept["around"]["clutter"])
     truths = (tuple(TargetTruth(**tupled(truth)) for truth in scan["truths"]) for scan in kept["scans"])
     orders = [order.model_dump() for order in scenario.order]
@@ -65,6 +60,26 @@ def observed_run(folder: Path | None, scenario: Scenario, seed: int) -> Observed
         for number, (scan, some) in enumerate(zip(kept["scans"], truths, strict=True))
     ]
     return ObservedRun(with_ais(results, scenario.ais, seed), kept["remark"], around)
+
+
+def keep_plots(folder: Path, scenario: Scenario, seeds: Sequence[int]) -> None:
+    """Makes and keeps plots and truth of some seeds together, of steady points in noise; of others nothing. Raises as
+    observed_run."""
+    bodies = scenario.scene.get("body", ())
+    if scenario.recorded or any(body.get("shape") != "point" or body.get("swerling") for body in bodies):
+        return
+    simulators = [simulator_of(scenario, seed) for seed in seeds]
+    if has_few(simulators[0], threshold_of(scenario.plots, simulators[0].scene)):
+        for seed, shared in zip(seeds, zip(simulators, prepared_together(simulators), strict=True), strict=True):
+            _made(plots_path(folder, scenario, seed), scenario, seed, shared)
+
+
+def plots_path(folder: Path, scenario: Scenario, seed: int) -> Path:
+    """Returns the file of plots and truth of a scenario and a seed, whose name tells no salted seed."""
+    name = f"{scenario.name}-{seed}"
+    if seed >= FIRST_SEED:
+        name = hashlib.blake2b(name.encode(), digest_size=16).hexdigest()
+    return folder / f"{name}.json.gz"
 
 
 def plots_digest(scenario: Scenario, seed: int) -> str:
@@ -129,20 +144,23 @@ def _texts(value: object) -> Iterator[str]:
             yield from _texts(part)
 
 
-def _observe(scenario: Scenario, seed: int) -> dict[str, Any]:
+def _made(path: Path | None, scenario: Scenario, seed: int, shared: tuple[Simulator, Prepared] | None = None) -> str:
+    """The text of a file of plots, which is written where it has a path. shared: with other seeds."""
     name = f"{scenario.name}, seed {seed}"
 
     def tell(flood: str) -> None:
         if seed == 0:  # the report has a remark on all seeds
             print(f"{name}: {flood}", file=sys.stderr, flush=True)
 
-    scans = observed(scenario, seed, tell)
+    scans = observed(scenario, seed, tell, shared)
     results = list(progress(scans, scenario.scans, "scans", lambda _: f"{name}: plots", within=True))
-    return {
-        "scans": [asdict(replace(result, flood=None)) for result in results],
-        "around": asdict(surroundings(scenario)),
-        "remark": flood_remark([result.flood for result in results if result.flood], len(results)),
-    }
+    remark = flood_remark([result.flood for result in results if result.flood], len(results))
+    kept = {"digest": plots_digest(scenario, seed), "scans": [asdict(replace(result, flood=None)) for result in results]}
+    text = json.dumps({**kept, "around": asdict(surroundings(scenario)), "remark": remark}, allow_nan=False)
+    if path:
+        make_folder(path.parent)
+        write_file(path, gzip.compress(text.encode(), compresslevel=6))
+    return text
 
 
 def _read(path: Path, digest: str) -> dict[str, Any] | None:

@@ -14,6 +14,7 @@ from radar_service.bench.scores.acquisition import with_orders
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
+from radar_service.engine.preparation import Prepared
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Floats
 from radar_service.plots.clusters import ClusterRule
@@ -105,16 +106,21 @@ def simulator_of(scenario: Scenario, seed: int) -> Simulator:
     return Simulator(scene, scenario.fidelity, seed)
 
 
-def observed(scenario: Scenario, seed: int, tell: Callable[[str], None] | None = None) -> Iterator[ScanResult]:
-    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor. Raises SceneError, and
-    ScenarioError for a recording that is not whole."""
+def observed(
+    scenario: Scenario,
+    seed: int,
+    tell: Callable[[str], None] | None = None,
+    shared: tuple[Simulator, Prepared] | None = None,
+) -> Iterator[ScanResult]:
+    """Yields the plots and the truth of each scan, without tracks. tell: as of a PlotExtractor; shared: with other seeds. Raises
+    SceneError, and ScenarioError for a recording that is not whole."""
     if scenario.recorded:
         yield from recorded_scans(scenario)
         return
-    simulator = simulator_of(scenario, seed)
+    simulator, prepared = shared or (simulator_of(scenario, seed), None)
     scene = simulator.scene
     extractor = extractor_of(scenario.plots, scene, tell)
-    few = FewTiles(simulator, extractor.threshold) if has_few(simulator, extractor.threshold) else None
+    few = FewTiles(simulator, extractor.threshold, prepared) if has_few(simulator, extractor.threshold) else None
     lengths, together = lengths_of(scenario), TOGETHER if few else 1
     for first in range(0, scenario.scans, together):
         numbers = range(first, min(first + together, scenario.scans))

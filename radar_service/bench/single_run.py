@@ -54,11 +54,11 @@ def single_run(
             results, failed = _tracked(scans, tracker_for(tracker_name, header, sealed))
     except TrackerError as error:
         return {**made_of, "scenario": scenario.name, "seed": seed, **_failed(error, None)}
-    of_plots = scenario.answers == "plots"
-    centred = judged(at_power_centroids(results))
+    of_plots, centred = scenario.answers == "plots", judged(at_power_centroids(results))
+    metrics = {} if failed else plot_metrics(results) if of_plots else metrics_of(results, run.around, centred)
     return {
         **made_of, "scenario": scenario.name, "seed": seed,
-        **(failed or {"failure": None, "metrics": plot_metrics(results) if of_plots else metrics_of(results, run.around)}),
+        **(failed or {"failure": None, "metrics": metrics}),
         "remark": run.remark, "events": [] if of_plots else [asdict(event) for event in events_of(centred)],
         "scans": [_scan_data(scan) for scan in centred.scans],
     }  # fmt: skip

@@ -56,7 +56,7 @@ class MovingEchoes:
         """beam: its extent is how far off boresight echoes count; at_rest: bodies and antenna rest; paths: by which echoes are
         received, with a beam of gain 1; none: directly, with that of the beam; passages: of the bodies by aspect; None: made
         here."""
-        self._paths = paths
+        self._paths, self.separate = paths, False  # True: each echo has the bytes that it has alone
         self._scene, self.visibility, self._beam, self._seed, self._at_rest = scene, visibility, beam, seed, at_rest
         self._bodies = visibility.scatterers.bodies
         self._earth_radius = visibility.line_of_sight.earth_radius
@@ -161,7 +161,7 @@ class MovingEchoes:
 
     def _geometry(self, azimuths: AzimuthTimes, bodies: Indices) -> BlockGeometry:
         """The geometry of these azimuths, as far as it concerns `bodies` (N,)."""
-        over = parabola(azimuths.time)
+        over = parabola(azimuths.time, self.separate)
         time = np.concatenate([over.nodes, azimuths.time])
         antenna, uneven = self._scene.antenna(time), self._poses.uneven(time, bodies)
         own = 0.0 if self._scene.own_ship.is_even(time) else float(interpolation_error(antenna[3:], antenna[:3], over))

@@ -20,27 +20,29 @@ MAX_AZIMUTH_CHANGE = 0.05  # rad from the middle to either end: the series of th
 
 class Parabola(NamedTuple):
     """Interpolation from three instants to K: nodes (3,) [s]; weights first and last (K,) of changes since the middle; both
-    weights (2, K) in single precision."""
+    weights (2, K) in single precision; separate: whether each echo has the bytes that it has alone."""
 
     nodes: Floats
     first: Floats
     last: Floats
     weights: Singles
+    separate: bool = False
 
     def change(self, first: Floats, last: Floats) -> Singles:
         """Change (E, K) since the middle of what changes by `first` and `last` (E,) at the outer nodes."""
         ends = np.empty((len(first), 2), dtype=np.float32)
         ends[:, 0], ends[:, 1] = first, last
-        change: Singles = ends @ self.weights
+        change: Singles = (ends[:, None] @ self.weights)[:, 0] if self.separate else ends @ self.weights
         return change
 
 
-def parabola(time: Floats) -> Parabola:
-    """The parabola over evenly spaced times (K,) [s]."""
+def parabola(time: Floats, separate: bool = False) -> Parabola:
+    """The parabola over evenly spaced times (K,) [s]; separate: as of a Parabola."""
     middle, half = (time[0] + time[-1]) / 2.0, (time[-1] - time[0]) / 2.0
     u = (time - middle) / half if half > 0.0 else np.zeros(len(time))
     first, last = u * (u - 1.0) / 2.0, u * (u + 1.0) / 2.0
-    return Parabola(np.array([middle - half, middle, middle + half]), first, last, np.array([first, last], dtype=np.float32))
+    weights = np.array([first, last], dtype=np.float32)
+    return Parabola(np.array([middle - half, middle, middle + half]), first, last, weights, separate)
 
 
 def interpolation_error(values: Floats, nodes: Floats, over: Parabola) -> Floats:

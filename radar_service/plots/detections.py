@@ -1,6 +1,6 @@
 """Detections: the cells of scans whose power exceeds the threshold."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -35,13 +35,12 @@ class Detections:
 
     def only(self, which: Flags | Indices | slice) -> "Detections":
         """Returns some of the detections."""
-        return Detections(*(getattr(self, column.name)[which] for column in fields(self)))
+        return Detections(*(column[which] for column in vars(self).values()))
 
     def and_then(self, others: "Detections") -> "Detections":
         """Returns these and others together."""
-        return Detections(
-            *(np.concatenate([getattr(self, column.name), getattr(others, column.name)]) for column in fields(self))
-        )
+        pairs = zip(vars(self).values(), vars(others).values(), strict=True)
+        return Detections(*map(np.concatenate, pairs))
 
 
 def detections_of(scan: Scan, threshold: Floats) -> Detections:

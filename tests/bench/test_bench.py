@@ -239,6 +239,21 @@ def test_plots_are_made_once_for_all_trackers(tmp_path: Path, monkeypatch: pytes
     assert sorted(path.name for path in (tmp_path / "bench-plots").iterdir()) == ["small-0.json.gz", "small-1.json.gz"]
 
 
+def test_the_plots_of_many_runs_are_made_together(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Before the first run; where these have plots or are kept, no more."""
+    calls, keep = list[tuple[int, ...]](), bench_module.keep_plots
+
+    def run(scenario: Scenario, seed: int, tracker: str, plots: Path, sealed: None) -> dict[str, Any]:
+        monkeypatch.setattr(kept_plots, "observed", None)  # any call fails
+        kept_plots.observed_run(plots, scenario, seed)
+        return {"failure": None, "metrics": {}, "scans": [], "scenario": scenario.name, "seed": seed}
+
+    monkeypatch.setattr(bench_module, "keep_plots", lambda *given: calls.append(tuple(given[2])) or keep(*given))
+    for _ in range(2):
+        runs = bench_module.runs_of(run, [small(tmp_path, 2)], 8, "gnn", tmp_path / "out", None, lambda some, _: some, None)
+    assert calls == [tuple(range(8))] and len(runs["small"]) == 8
+
+
 def test_a_scenario_ends_at_a_look_and_runs_that_pass_keep_no_scans(
     tmp_path: Path, made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch
 ) -> None:

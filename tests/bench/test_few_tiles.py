@@ -1,5 +1,6 @@
 """Plots from few tiles have the bytes of those of whole scans, and scenes whose tiles hold more than noise take the whole way."""
 
+import gzip
 from dataclasses import asdict
 from pathlib import Path
 
@@ -7,8 +8,10 @@ import pytest
 
 from radar_service.bench import few_tiles
 from radar_service.bench import run as run_module
+from radar_service.bench.kept_plots import keep_plots, observed_run, plots_path
 from radar_service.bench.run import observed, simulator_of, threshold_of
 from radar_service.bench.scenario import Scenario, load_scenario
+from radar_service.echo.moving import MovingEchoes
 from tests.bench.test_bench import FILE
 
 MOVES = """
@@ -64,3 +67,19 @@ def test_other_scenes_take_the_whole_way(change: tuple[str, str], tmp_path: Path
     made = scenario(tmp_path, FILE.format(scans=2).replace(*change))
     simulator = simulator_of(made, 0)
     assert not few_tiles.has_few(simulator, threshold_of(made.plots, simulator.scene))
+
+
+@pytest.mark.same_bytes
+def test_seeds_that_are_made_together_have_the_bytes_of_each_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With one echo in the beam, two, and none; of both ships those alone where both are in it."""
+    moves = MOVES.replace("swerling = 1\n", "").replace("[-30, -700, 5]", "[510, 500, 5]")
+    made, calls = scenario(tmp_path, (FILE + moves).format(scans=6)), list[int]()
+    echoes = MovingEchoes.echoes
+    monkeypatch.setattr(MovingEchoes, "echoes", lambda *given: (calls.append(1), echoes(*given))[1])
+    keep_plots(tmp_path / "together", made, [3, 5, 9])
+    together = len(calls)
+    runs = [observed_run(tmp_path / "alone", made, seed) for seed in (3, 5, 9)]
+    assert together < len(calls) - together and any(result.given.plots for run in runs for result in run.results)
+    for seed in (3, 5, 9):
+        kept = [gzip.decompress(plots_path(tmp_path / way, made, seed).read_bytes()) for way in ("together", "alone")]
+        assert kept[0] == kept[1]

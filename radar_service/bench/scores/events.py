@@ -55,15 +55,13 @@ def _renamed(run: JudgedRun) -> Iterator[Event]:
             if other != body and body not in done:
                 mutual = scan.pairs.get(other) == before is not None and target_of.get(before) == body
                 done.update((body, other) if mutual else (body,))
-                yield Event("swap", number, number, body, other, _swap(body, other, before, track, mutual))
+                taken = f"{body} takes track {track} of {other}"
+                what = f"{body} and {other} swap tracks {before} and {track}" if mutual else taken
+                yield Event("swap", number, number, body, other, what)
             elif other == body and before not in (None, track):
                 yield Event("break", number, number, body, "", f"{body} has track {track} in place of {before}")
         name_of |= scan.pairs
         target_of |= {track: body for body, track in scan.pairs.items()}
-
-
-def _swap(body: str, other: str, before: str | None, track: str, mutual: bool) -> str:
-    return f"{body} and {other} swap tracks {before} and {track}" if mutual else f"{body} takes track {track} of {other}"
 
 
 def _of_target(run: JudgedRun, body: str, sightings: Sightings) -> Iterator[Event]:

@@ -7,6 +7,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
+from radar_service.bench.scores.set_scores import mean
 from radar_service.numerics.frames import wrap_angle
 from radar_service.plots.plot import Plot
 
@@ -43,8 +44,8 @@ def plot_metrics(results: Sequence[ScanResult]) -> dict[str, float | None]:
     shares = {body: _share(body, seen, detected) for body in sorted(set().union(*seen))}
     plots = sum(len(result.given.plots) for result in results[1:])
     return {
-        "detected": _mean(list(shares.values())), "detected_worst": min(shares.values(), default=None),
-        "resolved": _mean([float(present == bodies) for present, bodies in zip(detected, seen, strict=True) if bodies]),
+        "detected": mean(list(shares.values())), "detected_worst": min(shares.values(), default=None),
+        "resolved": mean([float(present == bodies) for present, bodies in zip(detected, seen, strict=True) if bodies]),
         "false_plots": (plots - sum(map(len, matched))) / len(matched) if matched else None,
         **_errors([match for some in matched for match in some]),
     }  # fmt: skip
@@ -59,13 +60,9 @@ def _errors(matched: Sequence[PlotMatch]) -> dict[str, float | None]:
     """Mean and standard deviation of the errors."""
     distance, bearing = [match.range_error for match in matched], [np.degrees(match.bearing_error) for match in matched]
     return {
-        "range_bias_m": _mean(distance), "range_sd_m": _spread(distance),
-        "bearing_bias_deg": _mean(bearing), "bearing_sd_deg": _spread(bearing),
+        "range_bias_m": mean(distance), "range_sd_m": _spread(distance),
+        "bearing_bias_deg": mean(bearing), "bearing_sd_deg": _spread(bearing),
     }  # fmt: skip
-
-
-def _mean(values: Sequence[float]) -> float | None:
-    return float(np.mean(values)) if values else None
 
 
 def _spread(values: Sequence[float]) -> float | None:

@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.bench.scores.acquisition import acquisition_scores
 from radar_service.bench.scores.association_scores import association_scores
-from radar_service.bench.scores.judged_scan import judged
+from radar_service.bench.scores.judged_scan import JudgedRun, judged
 from radar_service.bench.scores.motion_scores import motion_scores, percentile_95
 from radar_service.bench.scores.plot_scores import plot_metrics
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
@@ -22,11 +22,13 @@ from radar_service.bench.scores.warnings import warning_scores
 CROSSINGS = 5  # on each side of a crossing; the centroid of a single one jumps (glint), and no tracker can follow that
 
 
-def metrics_of(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
+def metrics_of(
+    results: Sequence[ScanResult], around: Surroundings = NOWHERE, centred: JudgedRun | None = None
+) -> dict[str, float | None]:
     """Returns the metrics of a run by name, extended targets at the mean centroid of their power. around: of what tracks may be
-    false."""
-    centred = at_power_centroids(results)
-    return {**scores(centred, around), **effort(results), **plot_metrics(centred)}
+    false; centred: the run as it is judged, where it is known."""
+    run = centred or judged(at_power_centroids(results))
+    return {**scores(run, around), **effort(results), **plot_metrics([scan.result for scan in run.scans])}
 
 
 def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
@@ -40,18 +42,13 @@ def effort(results: Sequence[ScanResult]) -> dict[str, float | None]:
     return turns | ({"growth_mb": (later[-1] - later[0]) / 1e6 / (len(later) - 1)} if len(later) > 1 else {})
 
 
-def scores(results: Sequence[ScanResult], around: Surroundings = NOWHERE) -> dict[str, float | None]:
+def scores(run: JudgedRun, around: Surroundings = NOWHERE) -> dict[str, float | None]:
     """Returns the metrics of tracks by name. None: the tracker owes an answer and has none, or nothing is to be judged. What a
     run cannot judge, as a turn where nobody turns, is left out."""
-    run = judged(results)
     return {
-        **set_scores(run),
-        **life_scores(run, around),
-        **motion_scores(run),
-        **warning_scores(run),
-        **association_scores(run),
+        **set_scores(run), **life_scores(run, around), **motion_scores(run), **warning_scores(run), **association_scores(run),
         **acquisition_scores(run),
-    }
+    }  # fmt: skip
 
 
 def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
@@ -60,28 +57,20 @@ def at_power_centroids(results: Sequence[ScanResult]) -> list[ScanResult]:
     The mean is over the crossings of up to CROSSINGS scans before and after. A point stays where it is, and so does a target
     without power in all of these scans.
     """
-    moved = []
-    for number, result in enumerate(results):
-        near = results[max(0, number - CROSSINGS) : number + CROSSINGS + 1]
-        moved.append(replace(result, truths=tuple(_moved(truth, near) for truth in result.truths)))
-    return moved
+    near = [results[max(0, number - CROSSINGS) : number + CROSSINGS + 1] for number in range(len(results))]
+    pairs = zip(results, near, strict=True)
+    return [replace(result, truths=tuple(_moved(truth, some) for truth in result.truths)) for result, some in pairs]
 
 
 def _moved(truth: TargetTruth, near: Sequence[ScanResult]) -> TargetTruth:
     """A target at the mean of its centroids in these scans, with its heading of this one."""
     if not truth.length:
         return truth
-    offsets = [
-        truth_then.centroid
-        for result in near
-        for truth_then in result.truths
-        if truth_then.body == truth.body and truth_then.centroid
-    ]
-    if not offsets:
+    same = (then for result in near for then in result.truths if then.body == truth.body)
+    if not (offsets := [then.centroid for then in same if then.centroid]):
         return truth
     along, across = np.mean(offsets, axis=0).tolist()
     sine, cosine = np.sin(truth.heading), np.cos(truth.heading)
     east, north = truth.position
-    return replace(
-        truth, position=(float(east + along * sine + across * cosine), float(north + along * cosine - across * sine))
-    )
+    moved = east + along * sine + across * cosine, north + along * cosine - across * sine
+    return replace(truth, position=(float(moved[0]), float(moved[1])))

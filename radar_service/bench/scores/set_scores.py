@@ -17,11 +17,11 @@ def set_scores(run: JudgedRun) -> dict[str, float | None]:
     due = [scan for scan in run.scans if scan.due]
     parts = [ospa_parts(scan) for scan in due]
     return {
-        **{name: _mean([part[name] for part in parts]) for name in PARTS},
+        **{name: mean([part[name] for part in parts]) for name in PARTS},
         **_siap(run.scans),
-        "position_error_m": _mean([scan.distance[body] for scan in due for body in scan.due & scan.pairs.keys()]),
-        "velocity_error_m_s": _mean([velocity_error(scan, body) for scan in due for body in scan.due & scan.pairs.keys()]),
-        "held": _mean([len(scan.due & scan.pairs.keys()) / len(scan.due) for scan in due[-LAST:]]),
+        "position_error_m": mean([scan.distance[body] for scan in due for body in scan.due & scan.pairs.keys()]),
+        "velocity_error_m_s": mean([velocity_error(scan, body) for scan in due for body in scan.due & scan.pairs.keys()]),
+        "held": mean([len(scan.due & scan.pairs.keys()) / len(scan.due) for scan in due[-LAST:]]),
         **_localisation(due),
     }  # fmt: skip
 
@@ -91,5 +91,6 @@ def _localisation(due: Sequence[JudgedScan]) -> dict[str, float | None]:
     return {"localisation_m": max(means.values()), "localisation_share": max(shares)}
 
 
-def _mean(values: Sequence[float]) -> float | None:
+def mean(values: Sequence[float]) -> float | None:
+    """Returns the mean; None of nothing."""
     return float(np.mean(values)) if values else None

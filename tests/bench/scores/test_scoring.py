@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.scores.scoring import CROSSINGS, at_power_centroids, effort, scores
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
@@ -45,7 +46,7 @@ def results(scans: int = 60, missing: bool = False, swapped_at: int | None = Non
 @pytest.mark.parametrize("later", [0.0, 1.7, -4.0])
 def test_metrics_of_two_tracks_beside_their_targets(later: float) -> None:
     """OSPA of order 2: sqrt((3^2 + 4^2) / 2). Track and truth move on to the end of the scan."""
-    metrics = scores(results(later=later))
+    metrics = scores(judged(results(later=later)))
     assert metrics["ospa_m"] == pytest.approx(np.sqrt(12.5), rel=1e-6) and metrics["gospa_m"] == pytest.approx(5.0, rel=1e-6)
     assert metrics["position_error_m"] == pytest.approx(3.5, rel=1e-6) and metrics["velocity_error_m_s"] == pytest.approx(
         0.0, abs=1e-9
@@ -59,13 +60,13 @@ def test_metrics_of_two_tracks_beside_their_targets(later: float) -> None:
 
 
 def test_a_missing_track_costs_the_cutoff() -> None:
-    metrics = scores(results(missing=True))
+    metrics = scores(judged(results(missing=True)))
     assert metrics["ospa_m"] == pytest.approx(np.sqrt((9.0 + 200.0**2) / 2.0), rel=1e-6)
     assert metrics["completeness"] == pytest.approx(0.5) and metrics["held"] == 0.5
 
 
 def test_swapped_names_are_counted() -> None:
-    assert scores(results(swapped_at=12))["identity_changes"] == 2.0
+    assert scores(judged(results(swapped_at=12)))["identity_changes"] == 2.0
 
 
 HEADING = np.radians(90.0)  # bow to the east, starboard to the south
