@@ -104,12 +104,13 @@ This page holds the simulator against figures that others have published. `radar
 `radar-service believed {example} -o DIR` one row. The scenes of a row run by themselves: `radar-service scan
 DIR/{example}/scene-1.json -o out.npz`.
 
-The rows were fixed before any was computed, and none was dropped. A row is inside where all its figures are; one that the engine
-cannot express is outside. Rows of a model, without a source or without a number are shown, not counted. Rows of antennas and sets
-give the scene what a maker prints, and test that a scan shows it. Detection ranges of the standard are those of the Furuno sets
-of ships (`[radar] set`), on the scale that shows all that is asked, with power averaged over the beam.
+The rows were fixed before any was computed, gaps between ids included; none was dropped. A row is inside where all its figures
+are; one that the engine cannot express is outside. Rows of a model, without a source or without a number are shown, not counted.
+Rows of antennas and sets test that a scan shows what a maker prints. Detection ranges of the standard are those of the Furuno
+sets of ships (`[radar] set`), on the scale that shows all that is asked, with power averaged over the beam, in steps of 4 %
+(targets), 10 % (shores) or 20 % (ships).
 
-**{inside} of {counted} rows are inside.** {shown} are shown. What is outside comes first.
+**{inside} of {counted} rows are inside.** {shown} are shown.
 
 ![Ours within the limits of each row](believed.png)
 """

@@ -101,7 +101,7 @@ def seen(monkeypatch: pytest.MonkeyPatch) -> dict[str, Any]:
         return FastAPI()
 
     monkeypatch.setattr(Server, "serve", at_once)
-    monkeypatch.setattr("radar_service.ports.app.create_app", app)
+    monkeypatch.setattr("radar_service.ports.running.create_app", app)
     monkeypatch.setattr("signal.signal", lambda *_: None)
     monkeypatch.setattr("gc.freeze", lambda: None)
     monkeypatch.setattr("radar_service.service.logs.configure", lambda style: None)

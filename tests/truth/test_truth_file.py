@@ -10,8 +10,8 @@ import pytest
 import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.truth.truth_file import header, scene_hash
+from tests.limits import full_disk
 from tests.scenes import point, scene
-from tests.terminal.test_output_files import full_disk
 
 SCENE = {
     "name": "two", "radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600, "rpm": 60, "pulse_s": 1e-6},
@@ -52,7 +52,7 @@ def test_the_header_names_scene_seed_and_radar() -> None:
 def test_a_full_disk_leaves_no_half_truth(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (path := tmp_path / "two.json").write_text(json.dumps(SCENE))
     out, kept = tmp_path / "truth.jsonl", tmp_path / "s.npz"
-    with full_disk():
+    with full_disk(1000):
         assert main(["scan", str(path), "-o", str(kept), "--truth", str(out)]) == 2
     assert capsys.readouterr().err == f"{out}: File too large\n" and sorted(tmp_path.iterdir()) == [path]
 
