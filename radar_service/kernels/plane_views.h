@@ -10,19 +10,23 @@ enum { WAYS = 2, LEVELS = 17, FAN = 4, CELLS = 128, MOST_KEPT = 1 << 23 };
 
 static const double ROUNDED = 4e-6; /* of the radius of a scene: by which boxes in single precision are too large */
 
-/* Adds the planes through an eye and the edges of a convex polygon, its middle above them, to the `count` that are there. */
+/* Adds the planes through an eye and the edges of a polygon, its middle above them, to the `count` that are there. All take the edges'
+ * sense: what lies above all is within the outline, even of a bent piece that is seen so flat that its outline is not convex. */
 static int add_planes_of_edges(const Vec *corner, int corners, Vec eye, Vec middle, Plane *planes, int count) {
+    int first = count;
+    double over = 0.0;
     for (int i = 0; i < corners; i++) {
         Vec next = corner[i + 1 == corners ? 0 : i + 1], normal = vcross(vsub(corner[i], eye), vsub(next, corner[i]));
         double size = size_of(normal);
         if (size < 1e-12) continue;
         Plane side = {vscale(normal, 1.0 / size), 0.0};
         side.offset = vdot(side.normal, eye);
-        if (height_over(side, middle) < 0.0) {
-            side.normal = vscale(side.normal, -1.0);
-            side.offset = -side.offset;
-        }
+        over += size * height_over(side, middle);
         planes[count++] = side;
+    }
+    for (int i = first; i < count && over < 0.0; i++) {
+        planes[i].normal = vscale(planes[i].normal, -1.0);
+        planes[i].offset = -planes[i].offset;
     }
     return count;
 }

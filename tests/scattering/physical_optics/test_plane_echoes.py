@@ -325,6 +325,19 @@ def test_of_two_layers_one_reflects(gap: float) -> None:
     assert surface == pytest.approx(abs(0.82 + 0.36 * np.exp(4j * np.pi * gap / WAVELENGTH)), rel=0.03)
 
 
+@pytest.mark.parametrize("bend", [-2e-4, 2e-4], ids=["hides nothing beside it", "lights nothing beside it"])
+def test_a_bent_piece_seen_edge_on_leaves_a_plate_beside_it_alone(bend: float) -> None:
+    """Of 0.3 m^2, two corners 0.2 mm off the diagonal, seen from 0.05 m off its plane: as a line that bends, not as an area."""
+    along, off, away = np.array([[0.8, 0.0, 0.6], [-0.6, 0.0, 0.8], [0.0, 1.0, 0.0]])
+    a, b, c, d = -0.5 * along, bend * off - 0.2 * along - 0.3 * away, 0.5 * along, bend * off + 0.2 * along + 0.3 * away
+    screen = np.array([[a, b, c], [a, c, d]])
+    behind = plate(0.1, 0.1, 1) + 5.0 * away - 0.2 * np.sign(bend) * off
+    both = optics(welded(np.concatenate([screen, behind])), 2)
+    with_it, alone = (seen(body, -1000.0 * away - 0.05 * off) for body in (both, optics(welded(behind), 2)))
+    assert len(both.pieces) == 4  # two of two sides
+    assert with_it.amplitude[with_it.place[:, 1] > 1.0].sum() == pytest.approx(alone.amplitude.sum(), rel=1e-9)
+
+
 def test_a_usual_cell_of_what_has_no_end_is_found_soon(monkeypatch: pytest.MonkeyPatch) -> None:
     """A rough sheet, each part of which hides others: what a usual cell may take bounds it, without a warning."""
     across, along = np.meshgrid(np.linspace(0.0, 30.0, 40), np.linspace(0.0, 10.0, 40))
