@@ -132,7 +132,9 @@ def verdict_table(report: Mapping[str, Any]) -> str:
 
 
 def again_lines(report: Mapping[str, Any]) -> list[str]:
-    """Returns the command that makes the worst run again; nothing where none failed."""
+    """Returns the command that makes the worst run again; nothing where none failed or the report is of such a run."""
+    if " --seed " in report["sheet"]["again"]:
+        return []
     failed = [run for scenario in gravest_first(report)[:1] for run in scenario["failed_runs"][:1]]
     return [f"the worst run again: {report['sheet']['again']} --seed {run['seed']}" for run in failed]
 

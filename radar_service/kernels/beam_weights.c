@@ -1,4 +1,4 @@
-/* Beam weights of moving echoes: `BeamTable.weights` of echo/moving_beam.py, in single precision. */
+/* Beam weights of moving echoes: `BeamTable.weights` of echo/echoes.py, in single precision. */
 
 #include "geometry.h"
 

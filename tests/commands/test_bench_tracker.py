@@ -106,6 +106,7 @@ def test_one_run_is_made_again_by_its_seed(
     again = capsys.readouterr().out.splitlines()[-2].removeprefix("the worst run again: radar-service ")
     (scenario,) = json.loads(Path("out/report.json").read_text())["scenarios"]
     assert main(again.split()) == 1
+    assert "run again:" not in capsys.readouterr().out
     one = json.loads(Path("again/report.json").read_text())
     assert one["scenarios"][0]["failed_runs"] == scenario["failed_runs"]
     assert one["sheet"]["again"].endswith(f" --seed {scenario['seeds'][0]}")

@@ -56,9 +56,10 @@ def test_heartbeats_and_reports_come_by_the_clock_and_states_in_their_order() ->
 
 
 # interfaces: interfaces of this machine: which may have the radar. Bridges and veths are tried in a namespace by `.ci/witnesses`.
-pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="interfaces are asked for as Linux has them")
+ON_LINUX = pytest.mark.skipif(sys.platform != "linux", reason="interfaces are asked for as Linux has them")
 
 
+@ON_LINUX
 def test_loopback_stays_here_and_what_leaves_needs_insecure() -> None:
     from radar_service.ports.dialect.interfaces import checked_address
 
@@ -72,6 +73,7 @@ def test_loopback_stays_here_and_what_leaves_needs_insecure() -> None:
                 checked_address("--x", name, False)
 
 
+@ON_LINUX
 def test_a_bridge_stays_here_as_its_parts_do_also_by_its_second_address(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,6 +95,7 @@ def test_a_bridge_stays_here_as_its_parts_do_also_by_its_second_address(
     assert found == {"br0": True, "br0:1": True, "br1": False, "br1:1": False, "veth0": True, "eth0": False}
 
 
+@ON_LINUX
 def test_the_port_is_there_when_asked_for() -> None:
     for name, package in (("--garmin-xhd", GARMIN_XHD), ("--navico-halo", NAVICO_HALO)):
         assert package.opened(parser("serve").parse_args(["serve"])) is None
