@@ -250,7 +250,9 @@ def _scatter(level: Singles, mean: Floats) -> Singles:
     with np.errstate(divide="ignore", invalid="ignore"):
         apart = np.sort(np.abs(np.log(level[::EVERY] / mean[::EVERY])), axis=0)  # NaN last
     middle = np.count_nonzero(~np.isnan(apart), axis=0) // 2
-    return np.asarray(np.fmax(np.exp(DEVIATIONS * MAD * apart[middle, np.arange(len(middle))])), MEAN_RATIO), dtype=np.float32)
+    return np.asarray(
+        np.fmax(np.exp(DEVIATIONS * MAD * apart[middle, np.arange(len(middle))]), MEAN_RATIO), dtype=np.float32
+    )
 
 
 def _stc(power: Singles, window: float) -> Singles:
