@@ -249,10 +249,8 @@ def _scatter(level: Singles, mean: Floats) -> Singles:
     """Returns ratios (N,) within which single beams lie about a mean: DEVIATIONS of the turn's; a sector has too few beams."""
     with np.errstate(divide="ignore", invalid="ignore"):
         apart = np.sort(np.abs(np.log(level[::EVERY] / mean[::EVERY])), axis=0)  # NaN last
-    middle = np.count_nonzero(~np.isnan(apart), axis=0) // 2
-    return np.asarray(
-        np.fmax(np.exp(DEVIATIONS * MAD * apart[middle, np.arange(len(middle))]), MEAN_RATIO), dtype=np.float32
-    )
+    middle = np.count_nonzero(~np.isnan(apart), axis=0) // 2, np.arange(apart.shape[1])
+    return np.asarray(np.fmax(np.exp(DEVIATIONS * MAD * apart[middle]), MEAN_RATIO), dtype=np.float32)
 
 
 def _stc(power: Singles, window: float) -> Singles:
