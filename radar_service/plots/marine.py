@@ -48,7 +48,7 @@ BESIDE_LAND = 2  # cells along range: a pulse is some two cells long
 AT_PLACE = 1.0  # m that own ship moves before land is looked up again
 LOCAL, LOCAL_SECTORS = 32.0, 64  # times the curve: more than waves and directions of a sea; narrower than a rain cell
 AVERAGED_BEAMS = 5, 20  # half-power beams to each side: at a shape of 0.5 and 1e-4, 28 cells lose 2.0 dB, 280 cells 0.2 dB
-DEVIATIONS = 3.0  # standard deviations of one beam's level from the sides', as they scatter in its sector
+DEVIATIONS = 3.0  # standard deviations of one beam's level from the sides', as they scatter at its range
 MAD = np.float32(1.4826)  # of a Gaussian, standard deviation over the median of absolute deviations
 MEAN_RATIO = 1.806  # of the sides, above which clutter is not uniform (Smith and Varshney, IEEE T-AES 36(3), 837, 2000)
 BESIDE_BEAMS = 2  # half-power beams to each side: an edge along the beam is shorter in range than the guard
@@ -246,11 +246,11 @@ def _without_interference(power: Singles) -> Singles:
 
 
 def _scatter(level: Singles, mean: Floats) -> Singles:
-    """Returns ratios (A, N) within which single beams lie about a mean: DEVIATIONS of their sector's."""
+    """Returns ratios (N,) within which single beams lie about a mean: DEVIATIONS of the turn's; a sector has too few beams."""
     with np.errstate(divide="ignore", invalid="ignore"):
-        apart = np.array_split(np.abs(np.log(level / mean)), SECTORS)
-    ratio = np.exp(DEVIATIONS * MAD * np.array([np.median(rows, axis=0) for rows in apart]))
-    return np.fmax(ratio, np.float32(MEAN_RATIO)).repeat([len(rows) for rows in apart], axis=0)
+        apart = np.sort(np.abs(np.log(level[::EVERY] / mean[::EVERY])), axis=0)  # NaN last
+    middle = np.count_nonzero(~np.isnan(apart), axis=0) // 2, np.arange(apart.shape[1])
+    return np.asarray(np.fmax(np.exp(DEVIATIONS * MAD * apart[middle]), MEAN_RATIO), dtype=np.float32)
 
 
 def _stc(power: Singles, window: float) -> Singles:
