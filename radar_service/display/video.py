@@ -24,14 +24,13 @@ from radar_service.numerics.types import Flags, Floats, Profiles, Singles
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
 MARGIN_DB = 10.0 * math.log10(known_level_factor(AUTO_PFA))  # threshold over the mean of exponential power
 LEVELS_DB = np.arange(0.0, 50.5, 0.5)  # of clutter and noise over noise, of a table of margins
-INTERVAL = 150.0  # m, length of a interval: several waves long, short against the range over which clutter changes
+INTERVAL = 150.0  # m, length of an interval: several waves long, short against the range over which clutter changes
 NEAR_INTERVAL = 0.25  # of the range: nearer intervals are shorter, as clutter falls as R^-3 and more
-MIN_CELLS = 16  # of a interval
+MIN_CELLS = 16  # of an interval
 WINDOW = 11  # intervals among which one is judged
-RANK = (
-    8  # of their means, from 1 for the weakest, is the level: near the mean of spiky clutter too, whose intervals differ by
-)
-# 4 dB. Ships may cover the three above
+# Of their means, from 1 for the weakest, the level: near the mean of spiky clutter too, whose intervals differ by 4 dB. Ships may
+# cover the three above.
+RANK = 8
 MIN_INTERVALS = 4  # of a spoke: in fewer, a target cannot be told from clutter
 CEILING_FROM = 400.0  # m; nearer, clutter may still rise with range, as the beam passes above the sea
 MAX_RISE_DB = 6.0  # over the minimum level at shorter range: sea clutter falls with range, so that what rises more is land

@@ -117,7 +117,7 @@ def test_groups_are_made_in_the_order_of_the_help() -> None:
     assert titles == ["what", "where", "how exact", "how fast", "who may", "records"]
 
 
-# simulator_options: the options that make simulators can be sent to another process.
+# shared_options: the options that make simulators can be sent to another process.
 SCENE = {"radar": {"azimuths": 60, "beamwidth_deg": 8, "range_max_m": 600}}
 
 

@@ -130,7 +130,7 @@ def test_a_part_has_its_middle_as_the_antenna_observes_it() -> None:
     assert len({float(e[0]) for e in tilted.elevations()}) == 3
 
 
-# moving_beam: the table of the beam against the pattern itself, and received fields against complex128.
+# echoes: the table of the beam against the pattern itself, and received fields against complex128.
 WIDTH = np.deg2rad(2.0)
 
 

@@ -41,7 +41,7 @@ def test_what_is_not_kept_is_that_of_the_newest_before_it() -> None:
     assert found(history, 2, 13, 24) == [9, 13, 24]  # 9 is the oldest of 16: 9 and 12 to 24
 
 
-# noise: noise of sensors against its law. Seeds are fixed; bounds are 4.4 standard errors, a level of 1e-5 for each.
+# sensors: noise of sensors against its law. Seeds are fixed; bounds are 4.4 standard errors, a level of 1e-5 for each.
 SEEDS, SIGMAS = 3000, 4.4
 TIME = 30.0  # s, the correlation time
 LAGS = TIME * np.array([0.0, 0.5, 1.0, 2.0])

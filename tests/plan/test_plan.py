@@ -186,7 +186,7 @@ def test_nothing_is_known_before_an_engine_is_prepared() -> None:
     assert EngineStatistics() == EngineStatistics({}, None, None, None)
 
 
-# credibility: lines on what was held against published figures: the table agrees with the page, and lines follow the scene.
+# plan: lines on what was held against published figures: the table agrees with the page, and lines follow the scene.
 PAGE = Path(__file__).parents[2] / "docs/believed.md"
 HULL = {"shape": "hull", "length_m": 20, "beam_m": 5, "height_m": 4, "scattering": "optics"}
 

@@ -262,7 +262,7 @@ def test_the_error_is_a_value_error() -> None:
     assert read is Recording
 
 
-# epochs: the epochs of a recording.
+# chunk_table: the epochs of a recording.
 def written(path: Path, *scenes: dict[str, object]) -> ChunkTable:
     """A file with the scenes of a radar and nothing else, each in a chunk of its own."""
     with RecordingFile(path) as file:

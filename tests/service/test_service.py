@@ -35,7 +35,7 @@ from tests.scenes import TWO_RADARS, averaging
 from tests.service.fake import BINS, STEP, FakeEngine, scene, steerable_scene
 
 
-# blind: what is told of a plan and of warnings, with the truth and without.
+# access: what is told of a plan and of warnings, with the truth and without.
 def test_without_the_truth_a_plan_has_its_methods_and_no_body() -> None:
     plan = rs.Simulator(rs.load_scene(TWO_RADARS).for_radar(None), "fast").plan.as_dict()
     told = told_plan(plan, False)

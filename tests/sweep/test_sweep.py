@@ -376,7 +376,7 @@ def test_the_schema_accepts_what_the_model_does(tmp_path: Path) -> None:
     assert [*validator.iter_errors({"scene": ["a"], "scans": 0})]
 
 
-# task: one run of a sweep: the values of `scan`, written once, by whoever may.
+# sweep: one run of a sweep: the values of `scan`, written once, by whoever may.
 def laid_out(folder: Path, spec: str = SPEC) -> SweepStore:
     of = inputs(folder, spec)
     return lay_out(str(folder / "out.zarr"), of, layout_of(of), arithmetic())

@@ -1,4 +1,4 @@
-"""Blocks of ASTERIX category 240, edition 1.3 (EUROCONTROL-SPEC-0149-240): video summaries and video. No I/O.
+"""Blocks of ASTERIX: video and its summaries, category 240, edition 1.3 (EUROCONTROL-SPEC-0149-240); plots, 048. No I/O.
 
 A block is the category, its length, and one record: a list of which items follow, and these. Cell k of a spoke reaches from k to
 k + 1 durations; a spoke reaches from half a spoke before its azimuth to half a spoke behind it.

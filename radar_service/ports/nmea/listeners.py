@@ -1,4 +1,4 @@
-"""A TCP server that lets only some machines in; nothing here waits."""
+"""A TCP server that lets only some machines in, and one that sends them lines; nothing here waits."""
 
 import contextlib
 import logging

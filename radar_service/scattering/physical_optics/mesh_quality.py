@@ -18,10 +18,8 @@ SHEET = 1e-9  # of the volumes that its triangles could span: a closed part with
 DIRECTIONS = 512  # along which the outermost points of a body with more points are searched
 Sides = NDArray[np.int8]
 MAX_CURVE_BEND = math.radians(30.0)  # between facets: less may approximate a curve, more is an edge
-MAX_SAG, CURVES_DB = (
-    1.0 / 200.0,
-    0.2,
-)  # of the wavelength, 0.16 mm at X band: curves that sag so err by about 0.2 dB (world/shapes.py)
+MAX_SAG = 1.0 / 200.0  # of the wavelength, 0.16 mm at X band:
+CURVES_DB = 0.2  # error of curves that sag so (world/shapes.py)
 
 
 def shared_edges(mesh: Mesh) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

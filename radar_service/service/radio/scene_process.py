@@ -16,8 +16,9 @@ from radar_service.processes.limits import MachineBusyError, default_memory, mac
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import ShipStates, Truth
+from radar_service.service.radio.plan_child import MeasuredPlan
 from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, SpokeSourceFault
-from radar_service.service.radio.spare import RUN, MeasuredPlan, NewSpare
+from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest
 from radar_service.spoke_source import Commanded, SpokeSourceInfo, TellsShips, TellsSources, TruthLine
 from radar_service.world.commands import Command

@@ -2,24 +2,18 @@
 
 Forking takes milliseconds where preparing takes seconds. A process with threads may fork only while those hold no lock; here
 they sleep. A spare that does not deliver all the same is replaced by a world that is prepared anew.
-
-Another forked process measures the plan, some 0.7 s, beside the first spokes, with caches of its own.
 """
 
-import contextlib
 import os
 import signal
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Self
 
 from radar_service.processes.channel import Channel, forked
-from radar_service.processes.limits import set_up_niceness
 
 RUN = "run"  # the order to a spare
 Announce = Callable[[int | None], Channel]  # sends the number of a spare; returns the channel that its ends follow on
-Plan = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -105,53 +99,3 @@ def _exists(process: int) -> bool:
     except ProcessLookupError:
         return False
     return True
-
-
-@dataclass(frozen=True)
-class MeasuredPlan:
-    """Says on the data channel what the plan is with its counts and costs."""
-
-    plan: Plan
-
-
-class PlanChild:
-    """The process that measures. result: where its plan arrives."""
-
-    def __init__(self, result: Channel) -> None:
-        self._result: Channel | None = result
-
-    @classmethod
-    def forked(cls, measure: Callable[[], Plan], ends: tuple[Channel, Channel]) -> Self | None:
-        """Returns the process that calls `measure`; None where none can be forked.
-
-        ends: the channels of this process, which the child gives up at once: they close when this process ends.
-        """
-        try:
-            process, (channel,) = forked(1)
-        except OSError:
-            return None
-        if not process:
-            try:
-                for end in ends:
-                    end.forget()
-                os.nice(set_up_niceness())
-                channel.send(measure())
-            finally:
-                os._exit(0)
-        return cls(channel)
-
-    @property
-    def is_awaited(self) -> bool:
-        """Whether the plan may still come."""
-        return self._result is not None
-
-    def measured(self) -> Plan | None:
-        """Returns the plan once, when it has come; None before and after that, and where the child has died."""
-        if self._result is None or not self._result.wait(0.0):
-            return None
-        plan: Plan | None = None
-        with contextlib.suppress(EOFError):
-            plan = self._result.receive()
-        self._result.close()
-        self._result = None
-        return plan

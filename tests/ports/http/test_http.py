@@ -154,7 +154,7 @@ async def test_too_many_clients_are_refused_until_one_leaves(path: str, most: st
         assert "reason" not in json.loads(await (await server.open(path)).text())
 
 
-# requests: requests that are in progress when the server stops: each gets an answer.
+# server: requests that are in progress when the server stops: each gets an answer.
 @pytest.mark.parametrize(
     ("method", "path", "body"),
     [

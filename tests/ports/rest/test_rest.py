@@ -173,7 +173,7 @@ def test_lines_name_the_key_the_value_and_the_problem() -> None:
     assert len(problem_lines([errors[0]] * 30)) == 20
 
 
-# truth_feed: the websocket of the truth: JSON Lines in step with the feed, and refusals with a reason.
+# websockets: the websocket of the truth: JSON Lines in step with the feed, and refusals with a reason.
 PATH = "/api/radars/0/truth/stream"
 
 

@@ -50,7 +50,7 @@ def test_what_is_no_refusal_is_raised_again() -> None:
         problem(ZeroDivisionError())
 
 
-# radar_message: the message of spokes: what the library of Protocol Buffers reads is what was written, for any values.
+# codec: the message of spokes: what the library of Protocol Buffers reads is what was written, for any values.
 DEGREES = st.floats(-180.0, 180.0)
 SPOKE = st.builds(
     SpokeFields, st.integers(0, 16383), st.none() | st.integers(0, 16383), st.integers(0, 200_000),

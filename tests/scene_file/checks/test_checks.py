@@ -115,7 +115,7 @@ def test_a_heave_that_dips_the_antenna_is_refused() -> None:
         scene(own_ship={"heave_m": 11, "roll_deg": 45}, radar={"height_m": 15})
 
 
-# mesh_axes: what `check` says of a mesh as a ship: axes, size and draught; and what the remedies that it names do.
+# mesh_findings: what `check` says of a mesh as a ship: axes, size and draught; and what the remedies that it names do.
 LONG_IN_X, LONG_IN_Y = box(2.0, 6.0, 1.0), box(6.0, 2.0, 1.0)  # length along y, then beam
 
 

@@ -238,7 +238,7 @@ def test_track_on_the_earth_needs_an_origin() -> None:
         motion_from_track(b"time_s,latitude_deg,longitude_deg\n0,1,1\n", "track", None, None)
 
 
-# gltf_check: GLB files whose JSON declares what cannot be true are refused.
+# glb: GLB files whose JSON declares what cannot be true are refused.
 @pytest.mark.parametrize(
     "change, message",
     [

@@ -434,7 +434,7 @@ def test_the_plan_says_where_the_texture_is_extrapolated_and_that_waves_show() -
     assert "shape 4, in the rows of the waves that move ships" in how(seaway=True, sea_texture_shape=4)
 
 
-# wave_rows: the texture of a sea with waves: the slope of the waves that move ships, of unit variance in the beam, everywhere.
+# sea_clutter: the texture of a sea with waves: the slope of the waves that move ships, of unit variance in the beam, everywhere.
 WAVE_RADAR = {"range_max_m": 2500, "azimuths": 360, "beamwidth_deg": 1.5, "rpm": 24, "height_m": 15}
 
 

@@ -142,7 +142,7 @@ def test_a_wall_shadows_the_plate_behind_it() -> None:
     assert powers[0] > 0.0 and powers[1] == 0.0
 
 
-# samplers: samplers of diffuse surfaces: windows, settings, and two independent samplers on one plate.
+# power_panel: samplers of diffuse surfaces: windows, settings, and two independent samplers on one plate.
 WINDOW = Window(-0.1, 0.2, 700.0, 900.0)
 
 
@@ -171,7 +171,7 @@ def test_settings_end_at_the_largest_number_of_rays() -> None:
     assert presets == {"fast", "balanced", "reference"} and settings["documented rays", "2000"] == "documented"
 
 
-# canonical_targets: targets of known cross-section, against textbook values.
+# scattering_panel: targets of known cross-section, against textbook values.
 
 
 def test_cross_sections_of_the_canonical_targets() -> None:
@@ -186,7 +186,7 @@ def test_cross_sections_of_the_canonical_targets() -> None:
     assert plate.cross_section(np.array([2.0 * plate.max_turn]))[0] < 1e-6 * plate.facing
 
 
-# closed_form: the closed form of the chart, against other derivations.
+# reference_surface: the closed form of the chart, against other derivations.
 @pytest.mark.parametrize(("modulation", "compression"), [("nlfm", "matched"), ("nlfm", "inverse")])
 def test_the_forms_of_other_chirps_agree_with_those_of_the_tests(modulation: str, compression: str) -> None:
     """Two ways to sum the phase and to join samples agree to 2e-5 of the peak."""
@@ -257,7 +257,7 @@ def test_scatterers_follow_the_fidelity() -> None:
     assert more == pytest.approx(4 * some, rel=0.05)
 
 
-# summary: the chart in words.
+# figure: the chart in words.
 def test_the_summary_lists_presets_the_fastest_and_the_slow() -> None:
     points = [
         Point("field", "integer-delay chirps", "printed beam", (0.04,), True, -2.0, preset="documented"),

@@ -66,7 +66,7 @@ def test_three_times_finer_the_boundaries_stay(request: pytest.FixtureRequest) -
             assert fine == pytest.approx(coarse, rel=0.25), study.__name__
 
 
-# closed_form: fields of points in closed form, against those of the tests.
+# finding: fields of points in closed form, against those of the tests.
 def test_the_field_of_a_point_agrees_with_that_of_the_tests() -> None:
     """Two derivations agree to 1e-8 of the peak: their constants of the beam have nine digits."""
     scene = scene_of(point(211.1, 111.7), environment={"earth": "flat"})
