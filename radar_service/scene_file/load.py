@@ -80,8 +80,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         remarks = validity_warnings(world, installation.radar, installation.platform)
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
         where = (world, installation.radar, installation.platform, terrain)
-        is_afloat = entry.platform is None or entry.platform.body is not None
-        loader.warnings.extend(placement_warnings(*where, is_afloat=is_afloat))
+        loader.warnings.extend(placement_warnings(*where, is_afloat=has_sensors(entry)))
     loader.warnings.extend(mmsi_warnings(ais.ships, [body.name for body in bodies]))
     of_effects = effect_records(model, "scene_keys", lambda effect, given: effect.scene_record(given))
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
@@ -179,8 +178,8 @@ class _Loader:
 
     def _is_own_ship(self, entry: RadarEntry) -> bool:
         """Whether own ship carries a radar."""
-        body = None if entry.platform is None else entry.platform.body
-        return entry.platform is None or (body is not None and body == self.model.own_ship.body)
+        own_ship = self.model.own_ship
+        return entry.platform is None or (own_ship.body is not None and entry.platform.body == own_ship.body)
 
     def _carrier(self, name: str) -> Platform:
         """Returns the body of that name as a platform."""

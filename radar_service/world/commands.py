@@ -109,9 +109,7 @@ class Steerable:
         """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""
         limits = self.limits_of(body)
         given = {key: value for key, value in values.items() if value is not None}
-        unknown = [key for key in given if key not in KEYS]
-        if unknown:
-            raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+        _check_keys(given)
         if not given.keys() - {"at_once"}:
             raise CommandError(f"a command without a value: give at least one of {', '.join(KEYS[:-1])}")
         if body is None and "present" in given:
@@ -226,10 +224,14 @@ def command_from(data: Mapping[str, Any]) -> Command:
     """Returns the command of plain data, whose values are still to be checked. Raises CommandError for an unknown key."""
     values = dict(data)
     spoke, time, body, by = (values.pop(key, None) for key in ("spoke", "time", "body", "by"))
-    unknown = [str(key) for key in values if key not in KEYS]
-    if unknown:
-        raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+    _check_keys(values)
     return Command(spoke, time, body, by=by, **values)  # a spoke and a time of any kind are checked later
+
+
+def _check_keys(values: Mapping[str, Any]) -> None:
+    for key in values:
+        if key not in KEYS:
+            raise CommandError(f"{str(key)[:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
 
 
 def _number(key: str, value: Any, low: float, high: float) -> float:

@@ -1,6 +1,6 @@
 """A scene as a service knows it: the bodies and their meshes stay with what computes."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING
 
 from radar_service.radar.parameters import FIRST_ID, Radar
@@ -46,9 +46,5 @@ class SceneOutline:
 
 def outline_of(scene: "Scene") -> SceneOutline:
     """Returns what is known of a scene besides its bodies."""
-    return SceneOutline(
-        scene.name, scene.origin, scene.body_count, scene.warnings, scene.radar, scene.notes, scene.steerable, scene.errors,
-        scene.radar_id, scene.radar_ids, scene.has_sensors, scene.environment.stream,
-        scene.ais,
-        scene.gnss_offset,
-    )  # fmt: skip
+    of_scene = {field.name: getattr(scene, field.name) for field in fields(SceneOutline) if field.name != "stream"}
+    return SceneOutline(**of_scene, stream=scene.environment.stream)

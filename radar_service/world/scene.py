@@ -170,16 +170,9 @@ class Scene:
             return self
         known = known_radar(radar_id, self.radar_ids)
         installation = next(installation for installation in self.radars if installation.id == known)
-        world = replace(self.world, environment=installation.environment)
+        own = {name: getattr(installation, name) for name in ("radar", "platform", "errors", "ais", "gnss_offset")}
         return replace(
-            self,
-            world=world,
-            radar=installation.radar,
-            platform=installation.platform,
-            radar_id=installation.id,
-            errors=installation.errors,
-            ais=installation.ais,
-            gnss_offset=installation.gnss_offset,
+            self, world=replace(self.world, environment=installation.environment), radar_id=installation.id, **own
         )
 
     def with_world(self, **changes: Any) -> "Scene":

@@ -9,16 +9,17 @@ jumps too.
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Complexes, Floats
 from radar_service.world.hull_response import HullForm, response
+from radar_service.world.motion import Motion
 from radar_service.world.seaway import Waves
 from radar_service.world.stream import NO_STREAM, Stream
-from radar_service.world.sway import REST, Path, SwayState, UprightMotion, lean_text, with_lean
+from radar_service.world.sway import REST, Path, SwayLaw, SwayState, UprightMotion, lean_text, with_lean
 
 EASING = 10.0  # s: a roll of 10 s with 15 % of critical damping decays so fast
 LIKELY = 5.26  # standard deviations that one swing in a million leaves: exp(-x^2 / 2), Rayleigh
@@ -73,17 +74,7 @@ class Easing:
         return time if self.period is None else time % self.period
 
 
-class HasKnots(Path, Protocol):
-    """A motion whose velocity jumps at its knots alone."""
-
-    @property
-    def time(self) -> Floats: ...
-    @property
-    def period(self) -> float | None: ...
-    def knot_velocities(self) -> tuple[Floats, Floats]: ...
-
-
-def easing_of(motion: HasKnots) -> Easing:
+def easing_of(motion: Motion) -> Easing:
     """Returns the easing of a motion, whose velocity jumps at its knots; it rests before the first one if that is after 0."""
     begin, end = motion.knot_velocities()
     if motion.period is not None:
@@ -108,7 +99,7 @@ def _followed(first: Floats, decay: Floats, jump: Floats) -> Floats:
 
 
 @dataclass(frozen=True, eq=False)
-class SeawayMotion:
+class SeawayMotion(SwayLaw):
     """The sway of one ship in a seaway, without yaw.
 
     waves: of the sea, which all ships have. form: of the hull.
@@ -166,11 +157,6 @@ class SeawayMotion:
     def max_tilt(self) -> float:
         """An angle [rad] that its mast never leaves the vertical by."""
         return float(min(self.max_values[:2].sum(), np.pi / 2.0))
-
-    @property
-    def max_heave(self) -> float:
-        """The sum of amplitudes of heave [m]."""
-        return float(self.bounds.values[3])
 
     def state(self, time: Floats, path: Path) -> SwayState:
         """Returns the sway at each time (K,) [s] of a motion along a path."""

@@ -1,6 +1,7 @@
 """How a ship moves in a seaway: roll, pitch, yaw and heave, by sines of its own or by a law that follows the waves."""
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import NamedTuple, Protocol, Self
 
@@ -58,61 +59,74 @@ class Path(Protocol):
         """Returns the motion without its sway at each time (K,) [s]."""
 
 
-class SwayLaw(Protocol):
+class SwayLaw(ABC):
     """Roll, pitch, yaw and heave about a course. Maxima hold at all times; one swing in a million exceeds `likely` ones."""
 
     @property
+    @abstractmethod
     def max_values(self) -> Floats:
         """The largest roll, pitch, yaw and heave (4,) [rad, m] to either side."""
 
     @property
+    @abstractmethod
     def max_rates(self) -> Floats:
         """The highest rates (4,) [rad/s, m/s] of roll, pitch, yaw and heave."""
 
     @property
     def likely_values(self) -> Floats:
         """What roll, pitch, yaw and heave (4,) [rad, m] hardly ever leave."""
+        return self.max_values
 
     @property
     def likely_rates(self) -> Floats:
         """What their rates (4,) [rad/s, m/s] hardly ever leave."""
+        return self.max_rates
 
     @property
+    @abstractmethod
     def shortest_period(self) -> float:
         """The shortest period [s] of roll, pitch, yaw and heave."""
 
     @property
+    @abstractmethod
     def text(self) -> str:
         """What `check` says of it, with a comma before each item."""
 
     @property
+    @abstractmethod
     def tilts(self) -> bool:
         """Whether the ship rolls or pitches, or lies over."""
 
     @property
     def max_tilt(self) -> float:
         """An angle [rad] that its mast never leaves the vertical by."""
+        return float(self.max_values[:2].sum())
 
     @property
     def max_heave(self) -> float:
         """The largest heave [m]."""
+        return float(self.max_values[3])
 
+    @abstractmethod
     def state(self, time: Floats, path: Path) -> SwayState:
         """Returns the sway at each time (K,) [s] of a motion along a path."""
 
+    @abstractmethod
     def rates_about(self, time: Floats, path: Path) -> Floats:
         """Returns rates (K, 4) [rad/s, m/s] about each time (K,) [s]: roots of the squares of the rate and of REST of what the
         swing reaches."""
 
     def excess(self, time: float) -> tuple[float, float]:
-        """Returns the eased velocity minus the true one, east and north [m/s], at `time` [s]."""
+        """Returns the eased velocity minus the true one, east and north [m/s], at `time` [s]; 0 where sway ignores velocity."""
+        return 0.0, 0.0
 
     def eased(self, excess: tuple[float, float], since: float) -> Self:
         """Returns the law along another path, with this `excess` [m/s] at time `since` [s]."""
+        return self
 
 
 @dataclass(frozen=True)
-class Sway:
+class Sway(SwayLaw):
     """Roll, pitch, yaw and heave: amplitude x sin(2 pi t / period + phase), about the origin of the ship's own frame.
 
     amplitude: (4,) of roll (starboard side down), pitch (bow up) and yaw (to starboard) [rad], and of heave (up) [m].
@@ -139,16 +153,6 @@ class Sway:
         return self.amplitude * 2.0 * np.pi / self.period
 
     @property
-    def likely_values(self) -> Floats:
-        """The largest values: each swing reaches them."""
-        return self.max_values
-
-    @property
-    def likely_rates(self) -> Floats:
-        """The highest rates: each swing reaches them."""
-        return self.max_rates
-
-    @property
     def shortest_period(self) -> float:
         """The shortest period [s] of roll, pitch, yaw and heave, also of those with amplitude 0."""
         return float(self.period.min())
@@ -166,16 +170,6 @@ class Sway:
         """Whether the ship rolls or pitches, or lies over."""
         return bool(self.amplitude[:2].any()) or any(self.lean)
 
-    @property
-    def max_tilt(self) -> float:
-        """An angle [rad] that its mast never leaves the vertical by."""
-        return float(self.max_values[:2].sum())
-
-    @property
-    def max_heave(self) -> float:
-        """The amplitude of heave [m]."""
-        return float(self.amplitude[3])
-
     def state(self, time: Floats, path: Path) -> SwayState:
         """Returns the sway at each time (K,) [s]; it follows no path."""
         frequency = 2.0 * np.pi / self.period
@@ -188,14 +182,6 @@ class Sway:
     def rates_about(self, time: Floats, path: Path) -> Floats:
         """Returns rates (K, 4) [rad/s, m/s] about each time (K,) [s], as a `SwayLaw`."""
         return np.asarray(np.hypot(self.state(time, path).rates, REST * self.max_rates))
-
-    def excess(self, time: float) -> tuple[float, float]:
-        """Returns 0: sines do not depend on the velocity."""
-        return 0.0, 0.0
-
-    def eased(self, excess: tuple[float, float], since: float) -> Self:
-        """Returns the same law."""
-        return self
 
 
 def lean_text(lean: tuple[float, float]) -> str:
