@@ -1,8 +1,10 @@
 """Commands to own ship and to bodies: what they may order, and all that a world has been given."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 from radar_service.numerics.constants import KNOT, MAX_COORDINATE
@@ -164,10 +166,7 @@ class CommandLog:
 
     def acting_at(self, spoke: int) -> int:
         """Returns how many commands act at a spoke, where they came in the order of their spokes."""
-        later = 0
-        while later < len(self._commands) and self._commands[-1 - later].spoke > spoke:
-            later += 1
-        return len(self._commands) - later
+        return bisect_right(self._commands, spoke, key=attrgetter("spoke"))
 
     def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Returns a command from a spoke on, or at a time [s], for `add`. Here it is checked, and nowhere later.

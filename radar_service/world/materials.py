@@ -12,10 +12,7 @@ from radar_service.world.body import Body, Material
 from radar_service.world.error import SceneError
 
 _GAMMA_DB: dict[str, tuple[float, str]] = {
-    "steel": (
-        0.0,
-        "optics",
-    ),  # a ship's side: fittings and joints scatter nearly all power (perfect diffuser)
+    "steel": (0.0, "optics"),  # a ship's side: fittings and joints scatter nearly all power (perfect diffuser)
     "aluminium": (0.0, "optics"),  # as steel at X band: both are good conductors
     "wood": (-10.0, "diffuse"),  # |Gamma|^2 about -10 dB for permittivity 3, spread over all angles
     "fibreglass": (-10.0, "diffuse"),  # permittivity about 4 in thin sheet: half the power passes through, as for wood

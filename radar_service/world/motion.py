@@ -251,13 +251,8 @@ class Motion:
 
     @cached_property
     def latest_velocity(self) -> Floats:
-        """Velocity (M, 3) [m/s] at the end of each segment; where it stands, of the last one that moves; or 0."""
-        velocity = self.segment_velocity
-        if self.arcs is not None:
-            course, speed, rate = self.arcs.T
-            last = course + rate * np.append(np.diff(self.time), 0.0)
-            at_end = np.stack([speed * np.sin(last), speed * np.cos(last), 0.0 * speed], axis=1)
-            velocity = np.where(self.curved[:, None], at_end, velocity)
+        """Velocity (M, 2) [m/s] at the end of each segment; where it stands, of the last one that moves; or 0."""
+        _, velocity = self.knot_velocities()
         moves = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0)
         if not len(moves):
             return np.zeros_like(velocity)

@@ -16,9 +16,7 @@ from radar_service.world.stream import NO_STREAM, Stream, crab_angle
 from radar_service.world.sway import SwayLaw, SwayState
 from radar_service.world.waypoint_arcs import move_along_arc
 
-LOOK_BACK = (
-    12_000.0  # s: a segment continues backward so long, two rotations at 0.01 rpm; the engine looks back for one at most
-)
+LOOK_BACK = 12_000.0  # s: so long a segment continues backward: two rotations at 0.01 rpm; the engine looks back for one
 MAX_SEGMENTS = 1024  # remembered, of each motion: 20 s of poses at 50 Hz
 
 
