@@ -6,29 +6,38 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.random import LEAN, generator, name_key
-from radar_service.radar.parameters import NearPulse, Radar
-from radar_service.radar.patterns import PATTERNS
-from radar_service.radar.sets import radar_sets
+from radar_service.numerics import KNOT, LEAN, generator, name_key
+from radar_service.radar import PATTERNS, NearPulse, Radar, radar_sets
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.moving import AMPLITUDES, HullModel, MovingSection, SeawayModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.stages.fields import record_of
 from radar_service.stages.registry import effect_records, environment_values
-from radar_service.world.atmosphere import gas_attenuation_db_per_km
-from radar_service.world.body import Mesh
-from radar_service.world.environment import Environment
-from radar_service.world.error import SceneError
-from radar_service.world.hull_response import HullForm
-from radar_service.world.motion import Motion
-from radar_service.world.presence import Fading, Presence
-from radar_service.world.seaway import PEAK_PERIOD, PERIOD_HEIGHT, Seaway, Waves, significant_wave_height
-from radar_service.world.seaway_motion import Bounds, SeawayMotion, bounds_of, bounds_on_any_course, easing_of
-from radar_service.world.steered_motion import SteeredMotion
-from radar_service.world.stream import NO_STREAM, Stream
-from radar_service.world.wave_drawing import drawn_waves
+from radar_service.world import (
+    NO_STREAM,
+    PEAK_PERIOD,
+    PERIOD_HEIGHT,
+    Bounds,
+    Environment,
+    Fading,
+    HullForm,
+    Mesh,
+    Motion,
+    Presence,
+    SceneError,
+    Seaway,
+    SeawayMotion,
+    SteeredMotion,
+    Stream,
+    Waves,
+    bounds_of,
+    bounds_on_any_course,
+    drawn_waves,
+    easing_of,
+    gas_attenuation_db_per_km,
+    significant_wave_height,
+)
 
 DRAUGHT_PER_BEAM = 0.4  # of cargo ships; of boats somewhat less
 STABILITY_PER_BEAM = 0.1  # metacentric height over beam: cargo ships have 0.05 to 0.1, boats 0.1 to 0.2
