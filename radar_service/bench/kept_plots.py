@@ -25,7 +25,7 @@ from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plots.flood import flood_remark
 from radar_service.simulator import Simulator
 from radar_service.strict_json import tupled
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.terminal import make_folder, write_file
 from radar_service.terminal.progress import progress
 
 SCHEMA = 3

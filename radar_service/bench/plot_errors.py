@@ -12,9 +12,7 @@ import numpy as np
 
 from radar_service.bench.scenario import OTHERS_M, PlotErrors, Scenario
 from radar_service.bench.scores.scan_result import TargetTruth, as_reported
-from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.random import PLOT_ERRORS, generator
-from radar_service.numerics.types import Floats
+from radar_service.numerics import PLOT_ERRORS, Floats, generator, wrap_bearing
 from radar_service.plots.plot import Plot
 
 NEAR = 50.0  # m: a plot within half the length of an extended target and this is hers
