@@ -13,9 +13,7 @@ from radar_service.echo import AzimuthTimes, BeamWeightedEchoes, MovingEchoes
 from radar_service.engine.pipeline import noise_amplitude, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.numerics import BLAS_LIMIT, Floats, Indices, wrap_angle
-from radar_service.plots.detections import Detections
-from radar_service.plots.extractor import PlotExtractor, ScanPlots
-from radar_service.plots.thresholds import KnownThreshold, Threshold
+from radar_service.plots import Detections, KnownThreshold, PlotExtractor, ScanPlots, Threshold
 from radar_service.propagation import received_amplitude
 from radar_service.receive import square_law
 from radar_service.records import Readings

@@ -16,12 +16,8 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.engine.preparation import Prepared
 from radar_service.numerics import BLAS_LIMIT, Floats
-from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor, ScanPlots, in_clutter
-from radar_service.plots.marine import PFA as MARINE_PFA
-from radar_service.plots.marine import threshold
-from radar_service.plots.plot import Plot
-from radar_service.plots.thresholds import Threshold
+from radar_service.plots import PFA as MARINE_PFA
+from radar_service.plots import ClusterRule, Plot, PlotExtractor, ScanPlots, Threshold, in_clutter, threshold
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Readings
 from radar_service.scans import Scan
 from radar_service.scene_file.load import load_scene

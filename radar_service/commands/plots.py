@@ -8,10 +8,7 @@ from functools import partial
 
 from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, simulator_options
 from radar_service.display.units import add_unit
-from radar_service.plots.extractor import PlotExtractor, in_clutter
-from radar_service.plots.marine import PFA, threshold
-from radar_service.plots.plot_report import PlotReport, labelled_plots
-from radar_service.plots.thresholds import Threshold
+from radar_service.plots import PFA, PlotExtractor, PlotReport, Threshold, in_clutter, labelled_plots, threshold
 from radar_service.scans import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator

@@ -11,8 +11,17 @@ import numpy as np
 
 from radar_service.echo.range_history import Parabola
 from radar_service.numerics import Complexes, Flags, Floats, Indices, Polar, Profiles, Singles
-from radar_service.propagation import LandBefore, Site, TwoRays, mean_square_factor, moved_excess, turned_back
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
+from radar_service.propagation import (
+    LandBefore,
+    Site,
+    TwoRays,
+    elevation_gain,
+    mean_square_factor,
+    moved_excess,
+    radar_two_rays,
+    turned_back,
+)
+from radar_service.propagation.radar_equation import attenuation
 from radar_service.radar import Radar
 from radar_service.world import Environment
 

@@ -6,6 +6,9 @@ from radar_service.public_names import lazily
 
 if TYPE_CHECKING:
     from radar_service.receive.beam import azimuth_kernel, beam_filter, beam_spectrum
+    from radar_service.receive.chirp_sum import (
+        chirp, compress, exact_chirp_sum, impulse_sum, printed_phase, pulse_times, sample_delay, window
+    )  # fmt: skip
     from radar_service.receive.compression import (
         Compression, compression_for, noise_spectrum, range_kernel, receiver_noise_power, waveform_spectra
     )  # fmt: skip

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from radar_service.bench.run import extractor_of
 from radar_service.display.video import DB_PER_STEP, Controls, Layout, display_video, layout, peaks, strongest
-from radar_service.plots.flood import FloodWarning
+from radar_service.plots import FloodWarning
 from radar_service.radar import Radar
 from radar_service.records import Crossing
 from radar_service.scans import DESCRIBED, Scan

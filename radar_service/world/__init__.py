@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         AntennaErrors, ErrorSettings, FeedErrors, GyroErrors, LogErrors, PositionErrors
     )  # fmt: skip
     from radar_service.world.geo import Origin, geographic_from_map, map_bearing, map_from_geographic, true_bearing
-    from radar_service.world.hull_response import HullForm
+    from radar_service.world.hull_response import MAX_FROUDE, HullForm
     from radar_service.world.hull_types import HULL_TYPES, PLAIN, hull_mesh
     from radar_service.world.large_mesh import mesh_sample, outward_winding, row_marks
     from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from radar_service.world.steering import Steering, same_at_first
     from radar_service.world.stream import NO_STREAM, Stream, through_water
     from radar_service.world.sway import Path, Sway
-    from radar_service.world.wave_drawing import drawn_waves
+    from radar_service.world.wave_drawing import WAVES, drawn_waves
     from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
 else:
     __getattr__, __dir__ = lazily(__name__)

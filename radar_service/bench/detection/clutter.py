@@ -18,7 +18,7 @@ from radar_service.bench.detection.detection import Target, ground_distance, spo
 from radar_service.bench.run import extractor_of
 from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.numerics import NAUTICAL_MILE, Flags, Floats, Indices, wrap_angle
-from radar_service.plots.plot import Plot
+from radar_service.plots import Plot
 from radar_service.radar import radar_sets
 from radar_service.receive import receiver_noise_power
 from radar_service.scene_file.load import load_scene

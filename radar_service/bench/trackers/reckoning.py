@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.numerics import Floats
-from radar_service.plots.plot import Plot
+from radar_service.plots import Plot
 
 
 class ReckonedTracker:

@@ -34,8 +34,7 @@ from typing_extensions import override
 
 from radar_service.bench.trackers.gating import EPOCH, Tuning, pair_distances
 from radar_service.numerics import Floats
-from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.plot import Plot
+from radar_service.plots import Plot, PlotExtractor
 from radar_service.radar import Radar
 from radar_service.records import Snapshot
 from radar_service.scans import Scan

@@ -19,20 +19,18 @@ from radar_service.receive import (
     PulseKernel,
     azimuth_kernel,
     beam_filter,
-    compression_for,
-    spread,
-    waveform_spectra,
-)
-from radar_service.receive.chirp_sum import (
     chirp,
-    chirp_sum,
     compress,
+    compression_for,
     exact_chirp_sum,
     impulse_sum,
     pulse_times,
     sample_delay,
+    spread,
+    waveform_spectra,
     window,
 )
+from radar_service.receive.chirp_sum import chirp_sum
 from radar_service.records import PRESETS, Fidelity
 from radar_service.trace import BOX_BEAMWIDTHS
 
