@@ -33,7 +33,7 @@ SHORT = {  # files below MIN_LINES that are right so: what several need and nobo
     "radar_service/terminal": "extras html_pages",
     "radar_service/world": "error",
 }
-FOR_USERS = ("scans", "plots", "bench", "recording")  # rooms whose `__init__` also lists what documents name
+FOR_USERS = ("scans", "plots", "bench", "recording")  # rooms whose `__all__` documents name
 MAX_MEDIAN = 8  # lines of a function, its docstring not counted
 EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
 REGISTRIES = re.compile(

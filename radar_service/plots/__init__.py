@@ -16,3 +16,8 @@ if TYPE_CHECKING:
     from radar_service.plots.thresholds import CellAveraging, KnownThreshold, OrderedStatistic, Threshold
 else:
     __getattr__, __dir__ = lazily(__name__)
+
+__all__ = [
+    "CellAveraging", "ClusterRule", "FloodWarning", "KnownThreshold", "LabelledPlot", "OrderedStatistic", "Plot",
+    "PlotExtractor", "PlotReport", "ScanPlots", "Threshold", "labelled_plots",
+]  # fmt: skip

@@ -11,3 +11,5 @@ if TYPE_CHECKING:
     from radar_service.scans.sector import Sector
 else:
     __getattr__, __dir__ = lazily(__name__)
+
+__all__ = ["Scan", "Sector", "load_scan", "save_scans", "scan_of", "scan_to_xarray", "scans_from_xarray", "scans_to_xarray"]
