@@ -17,8 +17,8 @@ from radar_service.world.commands import Command, check_count
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence, SteeredPresence
 from radar_service.world.scene import Scene
+from radar_service.world.seaway import NO_STREAM, Stream
 from radar_service.world.steered_motion import MotionSegment, SteeredMotion, SteeringLimits
-from radar_service.world.stream import NO_STREAM, Stream
 
 _spoke, _time = attrgetter("spoke"), attrgetter("time")  # of a command
 

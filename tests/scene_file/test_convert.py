@@ -13,9 +13,9 @@ from radar_service.scene_file.describe import describe
 from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.model.moving import HullModel
 from radar_service.world.motion import Motion
+from radar_service.world.seaway import Sway
 from radar_service.world.seaway_motion import SeawayMotion
 from radar_service.world.shapes import shape_mesh
-from radar_service.world.sway import Sway
 from tests.scene_file.model.test_model import HULL
 from tests.scenes import point, radar, scene
 

@@ -12,7 +12,7 @@ from radar_service.scene_file.key_paths import put
 from radar_service.scene_file.load import load_scene
 from radar_service.world.error import SceneError
 from radar_service.world.motion import Motion
-from radar_service.world.platform import Platform
+from radar_service.world.scene import Platform
 from tests.scene_file.scene_sources import TETRAHEDRON, point, problems
 from tests.scenes import point as placed_point
 from tests.scenes import radar

@@ -15,7 +15,7 @@ from radar_service.simulation.engine_set_up import SourceTiles, engine_set_up
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.simulator import Simulator
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.reporting import ErrorSettings
 from radar_service.world.steering import Steering
 from tests.scenes import point
 

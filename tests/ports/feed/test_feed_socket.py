@@ -14,7 +14,7 @@ from radar_service.ports.port_host import PortHost
 from radar_service.records.cell_sources import SourceList
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.reporting import ErrorSettings
 from tests.ports.asgi import Closed, Server, running
 from tests.ports.playing import playing
 from tests.service.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, factory, labels_of, power_of, scene

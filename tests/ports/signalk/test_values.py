@@ -7,7 +7,7 @@ from radar_service.ports.ais.transponders import AisReport, Position
 from radar_service.ports.nmea.own_ship import OwnShipReport
 from radar_service.ports.signalk.subscriptions import SELF, Path
 from radar_service.ports.signalk.values import Values, own_ship_values, vessel_values
-from radar_service.world.ais import AisShip
+from radar_service.world.reporting import AisShip
 
 OWN = OwnShipReport(datetime(2026, 1, 1, tzinfo=UTC), (54.0, 8.0), 0.5, 0.6, 7.0, 0.0, (7.0, 0.0), (7.0, 0.0))
 SHIP = AisShip("ferry", 21_100_0001, "A", "FERRY", "DABC", 60, 0, "", (0.0, 0.0), 40.0, 40.0, 8.0, 8.0, 5.0)
