@@ -37,6 +37,7 @@ async def test_a_port_that_overrides_nothing_does_nothing() -> None:
     assert host.sources == SourceRequest() and host.sinks("0") == []
     async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
         assert (await (await server.feed()).spokes(5))[0]["first"] == 0
+        assert (await server.http.get("/api/radars")).status_code == 404  # where REST does not take part
     bare.close()
     thread = host.threads[bare]
     assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)
