@@ -15,7 +15,7 @@ from starlette.staticfiles import StaticFiles
 
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.http.security import SecurityMiddleware
-from radar_service.ports.http.server import Requests, RequestsMiddleware
+from radar_service.ports.http.server import Requests
 from radar_service.ports.port import Service
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
@@ -132,7 +132,7 @@ def create_app(
     app.mount("/", needs("nothing")(page))
     add_exception_handlers(app)
     app.add_middleware(BodyLimitMiddleware)
-    app.add_middleware(RequestsMiddleware, requests=requests)
+    app.add_middleware(requests.following)
     app.add_middleware(
         SecurityMiddleware, access=service.access, tickets=service.tickets, roles=Roles(app.routes), refused=service.refused
     )

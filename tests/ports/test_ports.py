@@ -52,7 +52,9 @@ def answer(app: ASGIApp, path: str) -> tuple[int, bytes]:
         async def send(message: Any) -> None:
             sent.append(message)
 
-        shaped = RefusalShapesMiddleware(app, {"/other": lambda status, reason: {"code": status, "why": reason}})
+        shaped = RefusalShapesMiddleware(
+            app, {"/other": lambda status, reason: (status + 1, {"code": status, "why": reason})}
+        )
         await shaped({"type": "http", "path": path}, None, send)  # type: ignore[arg-type]
 
     asyncio.run(whole())
@@ -64,7 +66,7 @@ def answer(app: ASGIApp, path: str) -> tuple[int, bytes]:
 @pytest.mark.parametrize(("detail", "reason"), [(["a", "b"], "a; b"), ("Not Found", "Not Found"), ([], "")])
 def test_a_refusal_is_written_anew(detail: Any, reason: str) -> None:
     status, body = answer(JSONResponse({"detail": detail}, 404), "/other/x")
-    assert status == 404 and json.loads(body) == {"code": 404, "why": reason}
+    assert status == 405 and json.loads(body) == {"code": 404, "why": reason}
 
 
 @pytest.mark.parametrize("path", ["/otherwise", "/", "/api/other"])
