@@ -11,10 +11,10 @@ from typing import Any
 
 from fastapi import HTTPException
 
-from radar_service.numerics.constants import DISPLAY_RANGES
+from radar_service.numerics import DISPLAY_RANGES
 from radar_service.ports.rest.schemas import checked_change
 from radar_service.service.controls import ControlError
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneOutline
 
 Values = Mapping[str, Any]
 PERCENT = {"minValue": 0, "maxValue": 100, "stepValue": 1}
