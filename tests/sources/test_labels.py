@@ -106,7 +106,8 @@ def test_a_ship_that_passes_takes_the_labels_of_the_coast_behind_it() -> None:
 @pytest.mark.parametrize("radar", [{"eclipsing": True}, {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}])
 def test_labels_hold_for_other_pulses(radar: dict[str, Any]) -> None:
     settings = scene(radar={"range_max_m": 800, "azimuths": 72, "beamwidth_deg": 8, "pulse_s": 1e-6, **radar}).radar
-    assert_strongest(replace(crowded(False), radar=settings), 1)
+    made = crowded(False)
+    assert_strongest(replace(made.with_world(bodies=made.bodies[:5]), radar=settings), 1)
 
 
 def test_the_order_of_bodies_changes_no_name() -> None:
