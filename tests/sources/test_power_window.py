@@ -35,7 +35,7 @@ def test_powers_are_those_of_separately_run_sources(moves: bool) -> None:
     """To -66 dB of the strongest echo and -60 dB of each: together, echoes are shifted by series, and those of a shadow that
     cancel others stand on another kernel. Sea and rain share a power, to single precision."""
     made = crowded(moves)
-    powers = SourcePowers(prepare(made, PRESETS["balanced"], 0), source_numbers(made)).scan(2)
+    powers = scan_powers(pulse_powers([prepare(made, PRESETS["balanced"], 0)], source_numbers(made)), 2)
     alone = crowded_alone(moves).powers(2)
     assert {number for number, power in alone.items() if power.any()} == set(powers)
     for number, power in powers.items():
