@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[1]
 parsed = cache(ast.parse)  # several rules look at each file
 SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
-MIN_LINES, MAX_LINES = 40, 400  # of a file
+MIN_LINES, MAX_LINES = 40, 600  # of a file
 SHORT = {  # files below MIN_LINES that are right so: what several need and nobody owns, or what a rule gives a file of its own
     "clients/ppi": "address errors",
     "radar_service": "public_names pytest_plugin strict_json",

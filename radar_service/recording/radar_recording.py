@@ -37,10 +37,9 @@ from radar_service.service.codecs.native.views import source_fields
 from radar_service.service.feed_request import View
 from radar_service.service.logs import log_event
 from radar_service.service.radio.last_scan import LastScan, draw
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
-from radar_service.spoke_source import TruthLine
+from radar_service.spoke_source import SpokeSourceFault, TruthLine
 from radar_service.world.error import SceneError
 from radar_service.world.error_settings import ErrorSettings
 

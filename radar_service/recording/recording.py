@@ -20,8 +20,7 @@ from radar_service.records.cell_sources import SourceList
 from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
 from radar_service.records.truth import Truth
 from radar_service.scans.scan import Scan, scan_of
-from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.spoke_source import SpokeSourceInfo, TruthLine
+from radar_service.spoke_source import SpokeSourceFault, SpokeSourceInfo, TruthLine
 from radar_service.wire import SpokeRows
 from radar_service.world.commands import command_from
 from radar_service.world.outline import SceneOutline

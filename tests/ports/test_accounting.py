@@ -20,10 +20,10 @@ from radar_service.records.truth import Truth
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeBatch
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.scene import Scene
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, made_by, scene

@@ -16,7 +16,7 @@ from functools import partial
 from typing import Any, NamedTuple, Protocol
 
 from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.spoke_source import Commanded
 from radar_service.world.commands import Command, CommandError
 

@@ -22,10 +22,10 @@ from radar_service.service.feed_request import Mode
 from radar_service.service.logs import log_event
 from radar_service.service.radio.error_stage import ErrorStage
 from radar_service.service.radio.last_scan import CorrelationStage, LastScan
-from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.radio_state import RESTARTS
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.transmitter import STOPPING, SceneChanged, Transmitter
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource

@@ -12,9 +12,8 @@ from typing_extensions import override
 
 from radar_service.service.fanout.client_queue import GOING_AWAY, TOO_SLOW
 from radar_service.service.fanout.hub import FeedRefused
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
-from radar_service.spoke_source import SpokeSource, TruthLine
+from radar_service.spoke_source import SpokeSource, SpokeSourceFault, TruthLine
 
 MAX_FOLLOWERS = 16
 MAX_BEHIND = 4096  # batches: a minute at 15 ms each
