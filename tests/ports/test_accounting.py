@@ -272,7 +272,7 @@ SPOKES = 159  # of an engine that dies at 160: blocks are of five, and the last 
 @pytest.fixture
 def few_truths(monkeypatch: pytest.MonkeyPatch) -> None:
     """One truth a scan: what the radar sends fits into a queue."""
-    monkeypatch.setattr("radar_service.service.fanout.feed_encoder.TRUTHS_PER_SCAN", 1)
+    monkeypatch.setattr("radar_service.service.radio.truth_stream.TRUTHS_PER_SCAN", 1)
 
 
 @pytest.mark.usefixtures("few_truths")

@@ -16,8 +16,7 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.truth import Truth
 from radar_service.service.controls import changed_request, changed_settings, controls_state, needs_new_spoke_source
 from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.fanout.feed_encoder import FeedEncoder
-from radar_service.service.fanout.hub import DRAIN, FeedRefused, Hub
+from radar_service.service.fanout.hub import DRAIN, FeedEncoder, FeedRefused, Hub
 from radar_service.service.feed_request import Mode
 from radar_service.service.logs import log_event
 from radar_service.service.radio.error_stage import ErrorStage
@@ -27,7 +26,7 @@ from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.radio_state import RESTARTS
 from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.transmitter import STOPPING, SceneChanged, Transmitter
-from radar_service.service.radio.truth_stream import Follower, TruthStream
+from radar_service.service.radio.truth_stream import FeedTruth, Follower, TruthStream
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeSink
@@ -48,7 +47,7 @@ class Station:
 
     group: the radars that share its clock and its scene.
     hub: its clients.
-    feed: encodes for them.
+    feed: encodes for them; feed_truth: tells them the truth.
     last_scan: for pictures.
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
     sensor_laws: of own ship, in force at a spoke; of a replay those of the recorded run.
@@ -80,8 +79,8 @@ class Station:
         self.hub = Hub(clock)
         self.last_scan = LastScan(spoke_source)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
-        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.feed, self.feed_truth = FeedEncoder(self.hub, self.radar_info, clock), FeedTruth(self.hub, self._truths)
+        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.feed_truth, self.last_scan, *sinks))])
         self.sensor_laws = self.errors.laws_at
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
@@ -120,6 +119,7 @@ class Station:
     async def start(self) -> None:
         """Starts to compute and to send, and to take clients."""
         self.feed.start()
+        self.feed_truth.start()
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
@@ -131,7 +131,7 @@ class Station:
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT, reason)
         if self.end:  # the service goes on: its ports are told, and clients are waited for
             await asyncio.to_thread(self.errors.close, reason)
-        self.feed.stop()
+        self.feed_truth.stop()
         self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
 
