@@ -20,10 +20,9 @@ from websockets.sync.client import ClientConnection, connect
 
 from radar_service import wire
 from radar_service.numerics.frames import wrap_angle
-from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request, text_of
 from radar_service.records.reports import FeedErrorCounts
-from radar_service.records.spokes import SpokeBlock
+from radar_service.records.spokes import SpokeBlock, square_law
 from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
 from radar_service.scans.scan import Scan, scan_of
 from radar_service.scene_file.load import load_scene, model_from

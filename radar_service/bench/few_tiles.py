@@ -20,8 +20,8 @@ from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor, ScanPlots
 from radar_service.plots.thresholds import KnownThreshold, Threshold
 from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.receive.detection import square_law
 from radar_service.records.reports import Readings
+from radar_service.records.spokes import square_law
 from radar_service.simulation.engine_set_up import pipeline_set_up
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_in

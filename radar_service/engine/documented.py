@@ -18,8 +18,17 @@ from radar_service.propagation.attenuation import printed_atmosphere
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.propagation.sea_surface import rms_wave_height
 from radar_service.radar.patterns import printed_two_way
-from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
-from radar_service.receive.detection import beam_spread, detect
+from radar_service.receive.chirp_sum import (
+    beam_spread,
+    chirp,
+    chirp_sum,
+    compress,
+    detect,
+    printed_phase,
+    pulse_times,
+    sample_delay,
+    window,
+)
 from radar_service.records.fidelity import Fidelity
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.moller_trumbore import TriangleList

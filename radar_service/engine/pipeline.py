@@ -26,8 +26,8 @@ from radar_service.numerics.random import NOISE, generator
 from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
 from radar_service.propagation.radar_equation import local_attenuation, two_way_phase
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
 from radar_service.receive.noise import integrate
+from radar_service.records.spokes import square_law
 from radar_service.stages.stage import Added, Tile
 from radar_service.world.environment import SightLines
 

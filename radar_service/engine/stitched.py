@@ -16,8 +16,8 @@ from radar_service.numerics.random import NEAR_PULSE, generator
 from radar_service.numerics.types import Flags, Floats, Profiles, Singles
 from radar_service.radar.parameters import Radar
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
+from radar_service.records.spokes import square_law
 from radar_service.world.scene import Scene
 
 Tiles = Iterator[tuple[int, Profiles, Singles]]

@@ -26,7 +26,7 @@ from radar_service.engine.pipeline import (
 from radar_service.engine.preparation import Prepared
 from radar_service.plan.culling import CulledBody
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
-from radar_service.receive.detection import square_law
+from radar_service.records.spokes import square_law
 from radar_service.scattering.model import BodyEchoes
 from radar_service.stages.stage import Tile
 

@@ -12,12 +12,11 @@ import numpy as np
 
 from radar_service import wire
 from radar_service.numerics.types import Floats
-from radar_service.receive.detection import square_law
 from radar_service.recording.chunk_table import ChunkTable, epochs_of
 from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
 from radar_service.records.cell_sources import SourceList
-from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
+from radar_service.records.spokes import Spoke, SpokeBlock, regrouped, square_law
 from radar_service.records.truth import Truth
 from radar_service.scans.scan import Scan, scan_of
 from radar_service.spoke_source import SpokeSourceFault, SpokeSourceInfo, TruthLine

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import count
 from time import thread_time
-from typing import NamedTuple, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -102,19 +102,19 @@ DONE = "done"  # answers each order, after its tiles
 
 
 class TileProcesses:
-    """Tiles as of SourceTiles, computed in several processes. They are forked with the first scan and end with this object.
+    """The tiles of SourceTiles, computed in several processes. They are forked with the first scan and end with this object.
 
     A process computes about the same azimuths in each scan, since it keeps what it knows of ships there. While another thread
     uses the engine nothing is forked, and a scan is computed in this process; so is the rest of one where a process has died.
     """
 
     def __init__(self, tiles: SourceTiles, steering: Steering, count: int) -> None:
-        """tiles: whose scene `steering` commands; count: of processes, of which 1 is this one."""
-        self.engine, self.request = tiles.engine, tiles.request
+        """tiles: whose scene `steering` commands; count: of processes, at least 2."""
+        self.request = tiles.request
         self._tiles, self._steering, self._length = tiles, steering, tiles.length
-        self._count = count if CAN_FORK and self._length else 1
+        self._count = count
         self._children: list[_Child] = []
-        self._shares = TileShares(-(-steering.scene.radar.azimuths // max(self._length, 1)))
+        self._shares = TileShares(-(-steering.scene.radar.azimuths // self._length))
         self._requested: Flags | None = None
         self._now: Round | None = None  # whose tiles they compute: those of the scan that was begun last
         self._ahead: Round | None = None  # what they compute where nobody has asked yet
@@ -125,12 +125,9 @@ class TileProcesses:
         """The numbers of the processes that there are now."""
         return [child.process for child in self._children]
 
-    def scan(self, scan: int, requested: Flags | None) -> Iterator[SourceTile]:
+    def scan(self, scan: int, requested: Flags | None) -> Iterator[tuple[Any, ...]]:
         """Yields the tiles of a scan, as `SourceTiles.scan`."""
         self._tiles.request = request = self.request
-        if self._count == 1:
-            yield from self._tiles.scan(scan, requested)
-            return
         azimuths, goes_on = self._steering.scene.radar.azimuths, requested is None or requested is self._requested
         self._requested = requested
         flags = np.ones(azimuths, dtype=np.bool_) if requested is None else requested
@@ -222,6 +219,11 @@ class TileProcesses:
         tile, seconds = computed
         self._shares.note(number, seconds)
         return tile
+
+
+def shared_out(tiles: SourceTiles, steering: Steering, count: int) -> SourceTiles | TileProcesses:
+    """Returns what computes tiles in so many processes: the tiles themselves in one, or where no other can be forked."""
+    return TileProcesses(tiles, steering, count) if count > 1 and CAN_FORK and tiles.length else tiles
 
 
 class _Child:
@@ -346,11 +348,11 @@ def _obey(
     sender.put(answer)
 
 
-def _sent(sender: TileSender, tiles: Iterator[SourceTile], most: int) -> bool:
+def _sent(sender: TileSender, tiles: Iterator[tuple[Any, ...]], most: int) -> bool:
     """Sends tiles, of which at most so many wait; returns False where the order was given up meanwhile."""
     begin = thread_time()
     for tile in tiles:
-        sender.put(Computed(tile, thread_time() - begin))
+        sender.put(Computed(SourceTile(*tile), thread_time() - begin))
         if sender.has_order(most):
             return False
         begin = thread_time()

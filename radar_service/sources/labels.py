@@ -19,8 +19,8 @@ from radar_service.engine.stitched import StitchedEngine
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import Labels
+from radar_service.records.spokes import square_law
 from radar_service.sources.numbers import BODY, FAINT, source_numbers
 from radar_service.sources.rows import RestingField, WindowedSources, resting_fields, resting_numbers, source_rows
 

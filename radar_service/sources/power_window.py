@@ -18,8 +18,8 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.result_cache import ResultCache
 from radar_service.numerics.types import Flags, Indices, Profiles, Singles
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
 from radar_service.records.cell_sources import PowersOf
+from radar_service.records.spokes import square_law
 from radar_service.sources.numbers import NOISE
 from radar_service.sources.rows import RestingField, resting_field, resting_numbers, source_rows
 

@@ -16,7 +16,7 @@ from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.numerics.types import Flags, Floats, Singles
 from radar_service.propagation.radar_equation import attenuation, elevation_gain, local_attenuation, received_amplitude
 from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
+from radar_service.records.spokes import square_law
 from radar_service.records.truth import Extent, Radiometry
 from radar_service.sources.numbers import BODY, source_numbers
 from radar_service.sources.power_window import PowerWindow, pulse_powers

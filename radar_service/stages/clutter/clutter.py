@@ -14,7 +14,7 @@ from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.radar.parameters import horizon
 from radar_service.receive.compression import Compression, receiver_noise_power
-from radar_service.receive.detection import square_law
+from radar_service.records.spokes import square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
 from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA
 from radar_service.stages.clutter.rain_cell import RainCells
