@@ -35,6 +35,7 @@ MAX_OWN_VIEWS = 8  # of one address, not counting those that clients of other ad
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500
 DRAIN: Mapping[Mode, float] = {"live": 2.0, "lossless": PATIENCE}  # s to take what waits before a `bye`
+STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take it when the server stops
 HISTORY_BYTES = 4 * 2**20  # per view: 14 s of 1 KiB spokes at 24 rpm and 720 azimuths
 LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
 

@@ -16,8 +16,7 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.truth import Truth
 from radar_service.service.controls import changed_request, changed_settings, controls_state, needs_new_spoke_source
 from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.fanout.hub import DRAIN, FeedEncoder, FeedRefused, Hub
-from radar_service.service.feed_request import Mode
+from radar_service.service.fanout.hub import DRAIN, STOP_DRAIN, FeedEncoder, FeedRefused, Hub
 from radar_service.service.logs import log_event
 from radar_service.service.radio.error_stage import ErrorStage
 from radar_service.service.radio.last_scan import CorrelationStage, LastScan
@@ -35,7 +34,6 @@ from radar_service.world.error import SceneError
 from radar_service.world.outline import SceneOutline
 
 NOTHING = SourceRequest()
-STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
 LEAVE_TIMEOUT = 0.6  # s for clients to take what waits and their bye; then the server closes their connections
 MAX_LEADS = 64.0  # a minute: a spoke source that takes longer for its first spokes does not keep pace
 LOOK = 0.05  # s between two looks at whether another scene has begun

@@ -9,8 +9,7 @@ from datetime import datetime
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.service.radio import radio_state as radio
 from radar_service.service.radio.command_worker import CommandQueue, CommandWorker, Steered
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.pacer import Pacer
+from radar_service.service.radio.pacer import GroupClock, Pacer
 from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource

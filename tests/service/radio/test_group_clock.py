@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from radar_service.service.radio.command_worker import CommandWorker
-from radar_service.service.radio.group_clock import MAX_LEAD, GroupClock
-from radar_service.service.radio.pacer import Pacer
+from radar_service.service.radio.pacer import MAX_LEAD, GroupClock, Pacer
 from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.settings import Pace, Settings
