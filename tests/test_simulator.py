@@ -44,13 +44,11 @@ def test_same_seed_same_bytes_whatever_the_block_size(fidelity: str) -> None:
     assert samples(rs.Simulator(made, fidelity, seed=8).blocks(scans=2)) != whole
 
 
-@pytest.mark.parametrize(("own_ship", "counts"), [({}, [3]), ({"speed_kn": 25, "course_deg": 70}, [2, 8])])
-def test_same_bytes_whatever_the_number_of_threads(own_ship: dict[str, float], counts: list[int]) -> None:
-    """The busy scene, also from a moving ship, so that visibility snapshots and shadows pass between processes."""
-    made = busy(own_ship=own_ship)
-    alone = samples(rs.Simulator(made, seed=7).blocks(scans=3))
-    for threads in counts:
-        assert samples(rs.Simulator(made, seed=7, threads=threads).blocks(scans=3)) == alone
+def test_same_bytes_whatever_the_number_of_threads() -> None:
+    """The busy scene from a moving ship, so that visibility snapshots and shadows pass between processes."""
+    made = busy(own_ship={"speed_kn": 25, "course_deg": 70})
+    alone = samples(rs.Simulator(made, "fast", seed=7).blocks(scans=2))
+    assert samples(rs.Simulator(made, "fast", seed=7, threads=3).blocks(scans=2)) == alone
 
 
 def test_no_threads_are_refused() -> None:
@@ -208,13 +206,6 @@ def test_a_command_cuts_the_blocks_where_it_acts(steered: rs.Simulator) -> None:
     assert (speeds[:5] == 0).all() and (speeds[5:] > 5).all()
     assert [block.commands for block in blocks] == [1] * len(blocks)
     assert steered.reported(np.array([0, 4, 6])).speed == pytest.approx([0.0, 0.0, 10 * 1852 / 3600])
-
-
-def test_an_earlier_command_takes_the_blocks_back(steered: rs.Simulator) -> None:
-    blocks = steered.blocks(1, 8)
-    assert [next(blocks).first, next(blocks).first] == [0, 8]
-    steered.command(spoke=4, speed_kn=10)
-    assert next(blocks).first == 4 and sum(map(len, blocks)) == 20
 
 
 def test_a_command_before_the_skip_is_followed_from_there(steered: rs.Simulator) -> None:
