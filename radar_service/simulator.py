@@ -12,16 +12,24 @@ import numpy as np
 
 from radar_service.engine.preparation import Prepared
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Indices, Singles
+from radar_service.numerics import BLAS_LIMIT, Floats, Indices, Singles
 from radar_service.plan.plan import Plan
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.cell_sources import PowersOf, source_request
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.reports import Readings
-from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
-from radar_service.records.truth import Crossing, OwnShipTruth, ShipStates, Snapshot, Truth
-from radar_service.scans.sector import Sector
+from radar_service.receive import receiver_noise_power
+from radar_service.records import (
+    Crossing,
+    Fidelity,
+    OwnShipTruth,
+    PowersOf,
+    Readings,
+    ShipStates,
+    Snapshot,
+    Spoke,
+    SpokeBlock,
+    Truth,
+    regrouped,
+    source_request,
+)
+from radar_service.scans import Sector
 from radar_service.scene_file.error_tables import changed_errors
 from radar_service.simulation.engine_set_up import (
     SourceTile,
@@ -33,18 +41,14 @@ from radar_service.simulation.engine_set_up import (
 )
 from radar_service.simulation.tile_processes import TileProcesses, shared_out
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
-from radar_service.trace.embree import TREES
+from radar_service.trace import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.world.commands import Command, command_from
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.outline import outline_of
-from radar_service.world.scene import Scene, scene_at_rpm
-from radar_service.world.steering import Steering
+from radar_service.world import Command, ErrorSettings, Scene, Steering, command_from, outline_of, scene_at_rpm
 
 if TYPE_CHECKING:
-    from radar_service.scans.scan import Scan
+    from radar_service.scans import Scan
 
 
 class Simulator:
@@ -148,7 +152,7 @@ class Simulator:
 
     def scan(self) -> "Scan":
         """The next scan. Azimuths outside the sector are NaN."""
-        from radar_service.scans.scan import scan_of  # here: its pictures would slow every start of the service
+        from radar_service.scans import scan_of  # here: its pictures would slow every start of the service
 
         azimuths = self.scene.radar.azimuths
         return scan_of(self.blocks(scans=1, size=azimuths), azimuths)

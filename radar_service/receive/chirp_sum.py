@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.radar.waveform import window_coefficients
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices
+from radar_service.radar import window_coefficients
 
 KERNEL_EXTENT = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
 

@@ -22,7 +22,7 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.records import SourceRequest
 from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.fanout.client_queue import FLUSH, FULL, TOO_SLOW, ClientQueue, QueueItem, gap
 from radar_service.service.feed_request import Mode, View

@@ -21,9 +21,7 @@ from radar_service.processes.limits import (
     processor_time_of,
     return_free_memory,
 )
-from radar_service.records.cell_sources import PowersOf, SourceRequest
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import ShipStates, Truth
+from radar_service.records import PowersOf, ShipStates, SourceRequest, SpokeBlock, Truth
 from radar_service.service.radio.plan_child import MeasuredPlan
 from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest, SceneSpokeSource
@@ -36,7 +34,7 @@ from radar_service.spoke_source import (
     TellsSources,
     TruthLine,
 )
-from radar_service.world.commands import Command, CommandLog
+from radar_service.world import Command, CommandLog
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
 BYTES_AHEAD = 32 * 2**20  # of wide spokes
