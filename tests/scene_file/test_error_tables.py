@@ -9,7 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.scene_file.error_tables import PROFILES, changed_errors, drawn_biases, error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.reporting import ErrorSettings
 from tests.world.test_world import EVERY, settings
 
 DEGREE, KNOT = 0.017453292519943295, 1852 / 3600

@@ -14,8 +14,8 @@ from radar_service.numerics.types import Floats
 from radar_service.scene_file.load import load_scene
 from radar_service.truth.truth_file import scene_hash
 from radar_service.world.motion import Motion
+from radar_service.world.seaway import NO_STREAM, crab_angle, through_water, turn_factor
 from radar_service.world.steering import Steering
-from radar_service.world.stream import NO_STREAM, crab_angle, through_water, turn_factor
 
 STREAM: dict[str, Any] = {"current_kn": 3.0, "current_to_deg": 60.0}
 TO = 3.0 * KNOT * np.array([math.sin(math.radians(60.0)), math.cos(math.radians(60.0))])
