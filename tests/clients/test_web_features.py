@@ -16,7 +16,7 @@ pytestmark = BROWSER
 
 # Till the page has drawn what was sent to it: a 2D canvas draws twelve times a second only.
 FRAMES = """new Promise((done) => {
-  let left = 8;
+  let left = 4;
   const next = () => (left-- ? requestAnimationFrame(next) : done(true));
   next();
 })"""

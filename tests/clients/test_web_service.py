@@ -10,6 +10,7 @@ from urllib.request import Request, urlopen
 import pytest
 
 from tests.clients.chromium import Browser
+from tests.clients.conftest import QUICK
 from tests.clients.screen import BARE, BROWSER
 
 pytestmark = BROWSER
@@ -52,7 +53,7 @@ def test_the_page_requests_the_token_and_continues_with_it(browser: Browser, ser
         (tmp_path / name).write_text(token)
     files = "--token-file", str(tmp_path / "token"), "--token-file-for-reading", str(tmp_path / "reading")
     address, _ = serve("--port", "0", *files)
-    page = browser.open(f"{address}?{BARE}")
+    page = browser.open(f"{address}?{BARE}", first=QUICK)
     page.wait(ASKING)
     page.ask(ENTER.format("wrong-token-wrong-token"))
     page.wait(ASKING)
@@ -74,7 +75,7 @@ def test_the_page_reconnects_after_the_service_was_killed_and_goes_on_with_a_rad
     browser: Browser, serve: Serve
 ) -> None:
     address, service = serve("--port", "0")
-    page = browser.open(f"{address}?{BARE}")
+    page = browser.open(f"{address}?{BARE}", first=QUICK)
     page.wait(f"{CONNECTED} && {DRAWN}")
     first = page.ask(EPOCH)
     end(service)
