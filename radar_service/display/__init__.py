@@ -1,1 +1,1 @@
-"""What a display shows: video, scan conversion, pictures, films."""
+"""What a display shows: video, scan conversion, pictures."""
