@@ -20,7 +20,6 @@ from radar_service.stages.clutter.azimuth_rows import (
     BLOCK,
     CHUNK,
     AzimuthRowCache,
-    StaticAzimuthRows,
     beam_weights,
     weight_rows,
 )
@@ -458,14 +457,6 @@ def test_any_span_is_there_across_north_and_before_the_start(turn: int) -> None:
     for first in (-3, 0, 5, turn - 1, turn, 3 * turn - 2):
         for count in (1, 7, 2 * turn + 1):
             np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count))
-
-
-@pytest.mark.parametrize("turn", [1, 4, 37])
-def test_what_is_known_is_the_same_in_every_turn(turn: int) -> None:
-    rows = StaticAzimuthRows(np.arange(turn)[:, None])
-    for first in (-3, 0, 5, turn - 1, 3 * turn - 2):
-        for count in (1, 7, 3 * turn + 1):
-            np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count) % turn)
 
 
 def test_blocks_are_computed_once_while_they_are_in_use_and_never_cross_north() -> None:
