@@ -65,11 +65,11 @@ def test_an_order_ends_a_wait(order: str) -> None:
 def test_a_change_of_pace_makes_the_next_spoke_due_at_once_and_others_do_not() -> None:
     now = 0.0
     pacer = Pacer(Settings(), lambda: now)
-    assert pacer.schedule.delay(0.0, 0.0, 1.0) == 0.0
+    assert pacer.group_clock.schedule.delay(0.0, 0.0, 1.0) == 0.0
     pacer.set(replace(pacer.settings, transmit=False))
-    assert pacer.schedule.delay(0.0, 1.0, 1.0) == 1.0
+    assert pacer.group_clock.schedule.delay(0.0, 1.0, 1.0) == 1.0
     pacer.set(replace(pacer.settings, pace=Pace(factor=2.0)))
-    assert pacer.schedule.delay(0.0, 1.0, 1.0) == 0.0
+    assert pacer.group_clock.schedule.delay(0.0, 1.0, 1.0) == 0.0
 
 
 def test_waiting_for_a_condition_ends_with_it_or_with_the_radar() -> None:

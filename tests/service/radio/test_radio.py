@@ -50,8 +50,8 @@ def test_a_fault_comes_before_a_restart_and_that_before_a_pause() -> None:
 @pytest.mark.parametrize(("reached", "state"), [(0.96, "behind"), (0.98, "running")])
 def test_a_radar_below_its_pace_is_behind(reached: float, state: str) -> None:
     radar = station(clock=1.0)
-    radar.transmitter.pacer.schedule.sent(0.0, 0.0)
-    radar.transmitter.pacer.schedule.sent(1.0, reached)
+    radar.transmitter.pacer.group_clock.schedule.sent(0.0, 0.0)
+    radar.transmitter.pacer.group_clock.schedule.sent(1.0, reached)
     assert status.state(radar) == state and status.health(radar)["factor_reached"] == pytest.approx(reached)
 
 
