@@ -116,12 +116,6 @@ def test_a_burst_and_then_the_rate() -> None:
 
 
 # spokes: the records between a radar and its sinks.
-def test_a_batch_is_as_long_as_its_block_and_cannot_be_changed() -> None:
-    engine = FakeEngine(scene())
-    batch = SpokeBatch(Epoch("e", engine, None), 7, engine.block(3, 4), Controls())
-    assert len(batch) == 4
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        batch.first = 8  # type: ignore[misc]
 
 
 def test_the_cells_of_an_epoch_end_at_its_range() -> None:

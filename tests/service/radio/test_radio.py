@@ -93,13 +93,6 @@ def test_a_little_late_is_caught_up_and_much_too_late_is_not() -> None:
     assert schedule.slips == 1 and schedule.delay(3.0 + 1.1 * LATE_LIMIT, 4.0, 1.0) == pytest.approx(1.0)
 
 
-def test_after_a_restart_the_next_spoke_is_due_at_once() -> None:
-    schedule = Schedule()
-    schedule.delay(0.0, 0.0, 1.0)
-    schedule.restart()
-    assert schedule.delay(50.0, 1.0, 1.0) == 0.0 and schedule.slips == 0
-
-
 def test_the_factor_reached_is_measured_and_sinks_when_nothing_comes() -> None:
     schedule = Schedule()
     assert schedule.reached(0.0) is None
