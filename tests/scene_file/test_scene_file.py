@@ -65,17 +65,15 @@ def test_the_light_buoy(real_folder: Path) -> None:
         ("link.obj", "is a link out of"),
         ("linked/outside.obj", "is a link out of"),
         ("sub", "is a folder"),
-        (
-            "C:\\ferry.obj",
-            '"C:\\\\ferry.obj" has a backslash, or what an escape makes of one; write paths with forward slashes',
-        ),
+        ("C:\\ferry.obj",
+         '"C:\\\\ferry.obj" has a backslash, or what an escape makes of one; write paths with forward slashes'),
         ("meshes\ferry.obj", '"meshes\\x0cerry.obj" has a backslash, or what an escape makes of one; write'),
         ("file:ferry.obj", "leaves the scene's folder"),
         ("a\0b.obj", "cannot be looked up"),
         ("x" * 400, "cannot be looked up"),
         ("loop.obj", "cannot be looked up"),
     ],
-)
+)  # fmt: skip
 def test_files_stay_in_the_folder(folder: Path, name: str, message: str) -> None:
     (folder.parent / "outside.obj").write_text(TETRAHEDRON)
     (folder / "sub").mkdir()

@@ -160,13 +160,5 @@ def test_a_scene_without_a_stream_keeps_its_hash() -> None:
     assert hashes[0] != hashes[1] and load_scene(plain).own_ship.stream == NO_STREAM
 
 
-@pytest.mark.parametrize(
-    "keys", [{"current_kn": 2.0}, {"current_to_deg": 90.0}, {"current_kn": 21.0, "current_to_deg": 0.0}]
-)
-def test_half_a_stream_is_refused(keys: dict[str, float]) -> None:
-    with pytest.raises(rs.SceneError, match="current_"):
-        load_scene({"environment": keys})
-
-
 def simulator_of(scene: dict[str, Any]) -> rs.Simulator:
     return rs.Simulator(load_scene(scene), fidelity="fast")
