@@ -521,9 +521,6 @@ def test_sigma0_ends_at_the_horizon_and_holds_beyond_its_fit() -> None:
     assert sigma0[2] == pytest.approx(sigma0[3], rel=1e-12)
     np.testing.assert_array_equal(mean_sigma0(at, 9.41e9, 9, "v"), sigma0)
     assert np.all(np.isfinite(mean_sigma0(np.array([1e-9, 1e-300]), 9.41e9, 3, "h")))
-
-
-def test_unknown_polarization_is_refused() -> None:
     with pytest.raises(ValueError, match='polarization: "x" is not one of h, v'):
         mean_sigma0(np.ones(1), 9.41e9, 3, "x")
 

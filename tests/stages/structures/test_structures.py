@@ -15,6 +15,7 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.radar_feed import crossing_from_line
 from radar_service.records.fidelity import PRESETS
+from radar_service.sources.numbers import source_names
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.structures.reflection import IndirectPaths, structure_reflectors
 from radar_service.stages.structures.stage import StructureStage, StructureTruth, faint_bodies
@@ -125,6 +126,7 @@ def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
 def test_absorbers_reflect_nothing() -> None:
     made = radar(structure=[MAST, {**DARK, "bearing_deg": 90}])
     assert [each.structure.name for each in structure_reflectors(made)] == ["mast"]
+    assert "indirect" not in source_names(scene([point("p", 0, 500)], radar={"structure": [DARK]})).values()
 
 
 def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
