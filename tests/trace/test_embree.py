@@ -1,6 +1,5 @@
 """Embree's answers against float64, any number of scenes, and the same without embreex."""
 
-import gc
 import pickle
 import subprocess
 import sys
@@ -152,7 +151,6 @@ def test_equal_scenes_share_a_tree_and_a_dropped_one_is_built_again(monkeypatch:
         np.testing.assert_array_equal(made.first_hit(ORIGIN, rays()), hits)
     assert trees.builds == 5
     del scenes, others, made, other
-    gc.collect()
     assert trees.live == 0
 
 
