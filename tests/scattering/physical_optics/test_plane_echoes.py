@@ -121,7 +121,7 @@ def test_what_is_faint_is_left_out_by_its_share_of_the_usual_cell() -> None:
 @pytest.mark.parametrize("polarization", ["h", pytest.param("v", marks=pytest.mark.study)])
 def test_a_boat_meets_brute_force(polarization: str) -> None:
     """A house with a mast on a deck, leaning toward the antenna, half under water, over the sea by four paths in S band. Its
-    cells have 0.4 to 1 m, and beams of 2.4 mm at rims err by 0.01 m. (A deck at grazing has noisier rims.)"""
+    cells have 0.4 to 1 m, and beams of 4 mm at rims err by 0.02 m at most. (A deck at grazing has noisier rims.)"""
     deck = sheet([-1, -2, 0.4], [2, 0, 0], [0, 4, 0], 1)
     house = np.concatenate(
         [sheet([-0.6, 0, 0.3], [1.2, 0, 0], [0.05, 0.02, 1.0], 1), sheet([-0.6, 0, 0.3], [0, 1, 0], [0.02, 0.03, 1.1], 1)]
@@ -132,7 +132,7 @@ def test_a_boat_meets_brute_force(polarization: str) -> None:
     roll = np.array([[1.0, 0.0, -0.15], [0.0, 1.0, -0.25], [0.15, 0.25, 1.0]])
     triangles = np.concatenate([deck, house, mast, sheet([-1, -2, -0.3], [2, 0, 0], [0, 0, 0.7], 1)]) @ roll.T
     antenna = np.array([-120.0, -260.0, 15.0])
-    brute = narrow_beams.profile(triangles, antenna, 0.012, polarization=polarization, water=0.05, wavelength=0.0983)
+    brute = narrow_beams.profile(triangles, antenna, 0.02, polarization=polarization, water=0.05, wavelength=0.0983)
     exact = brute.cells(7.5, 1.875, 260.0, 30, BY_SEA)
     fields = profile(seen(optics(welded(triangles), 3, polarization, 0.0983), antenna, 0.05), antenna, 0.05, 260.0, 30)
     assert np.abs(fields - exact).max() < 0.02 and np.abs(exact).max() > 0.3
@@ -153,7 +153,7 @@ def test_screens_take_from_a_corner_what_brute_force_says(screen: Floats) -> Non
     whole, shaded = (
         seen(optics(welded(mesh)), antenna).amplitude.sum() for mesh in (walls, np.concatenate([walls, screen]))
     )
-    brute = narrow_beams.profile(np.concatenate([walls, screen]), antenna, 0.004).field[0].sum()
+    brute = narrow_beams.profile(np.concatenate([walls, screen]), antenna, 0.008).field[0].sum()
     assert abs(shaded - brute) < 0.01 * abs(whole)
     assert abs(shaded - whole) > 0.2 * abs(whole)
 
@@ -168,7 +168,7 @@ def test_no_ray_comes_through_the_bottom_of_a_hull() -> None:
     mesh = np.concatenate([hull, sheet([-1.0, 0.0, 0.3], [2.0, 0, 0], [0, 0, 1.6], 1)])
     antenna = np.array([0.7, -60.0, 15.0])
     echoes = seen(optics(welded(mesh), 1), antenna, 0.0, 0.3)
-    brute = narrow_beams.profile(mesh, antenna, 0.024, bounces=1, water=0.0).field.sum(axis=1)
+    brute = narrow_beams.profile(mesh, antenna, 0.04, bounces=1, water=0.0).field.sum(axis=1)
     for way in range(3):
         assert abs(echoes.amplitude[echoes.ways == way].sum() - brute[way]) < 0.01 * np.abs(brute).max()
 
