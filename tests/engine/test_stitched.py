@@ -19,13 +19,8 @@ from tests.scenes import point, scene
 
 SHORT: dict[str, Any] = {"modulation": "none", "pulse_s": 8e-8, "bandwidth_hz": 15e6}
 MIDDLE: dict[str, Any] = {"pulse_s": 1e-6, "bandwidth_hz": 20e6, "window": "taylor"}
-LONG: dict[str, Any] = {
-    "modulation": "nlfm",
-    "window": "nuttall",
-    "compression": "inverse",
-    "pulse_s": 4e-6,
-    "bandwidth_hz": 20e6,
-}
+FILTER = {"modulation": "nlfm", "window": "nuttall", "compression": "inverse"}
+LONG: dict[str, Any] = {**FILTER, "pulse_s": 4e-6, "bandwidth_hz": 20e6}
 REST: dict[str, Any] = {
     "azimuths": 64, "beamwidth_deg": 8, "range_max_m": 1500, "eclipsing": True, "prf_hz": 20_000, "second_time_around": True,
     "height_m": 30,
@@ -47,10 +42,8 @@ def stitched(environment: dict[str, Any], **radar: Any) -> rs.Scene:
 
 def alone(pulse: dict[str, Any], end: float, environment: dict[str, Any], labels: bool = False) -> rs.Simulator:
     """A radar with one of the pulses alone, out to the end of its ranges."""
-    return rs.Simulator(
-        scene(BODIES, radar={**REST, **pulse, "sample_rate_hz": RATE, "range_max_m": end}, environment=environment),
-        labels=labels,
-    )
+    radar = {**REST, **pulse, "sample_rate_hz": RATE, "range_max_m": end}
+    return rs.Simulator(scene(BODIES, radar=radar, environment=environment), labels=labels)
 
 
 @pytest.mark.parametrize("environment", [{}, {"multipath": True, "gas_db_per_km": 0.1}], ids=["free space", "over the sea"])
@@ -73,9 +66,8 @@ def test_each_part_is_that_of_a_radar_with_this_pulse_alone(environment: dict[st
 
 def test_the_last_part_has_the_noise_and_clutter_of_a_radar_with_this_pulse_alone() -> None:
     environment = {"noise": True, "sea_state": 4, "rain_mm_h": 4}
-    whole, last = rs.Simulator(stitched(environment), seed=7).scan(), None
     made = scene(BODIES, radar={**REST, **LONG, "sample_rate_hz": RATE}, environment=environment)
-    last = rs.Simulator(made, seed=7).scan()
+    whole, last = (rs.Simulator(each, seed=7).scan() for each in (stitched(environment), made))
     np.testing.assert_array_equal(whole.field[:, 129:], last.field[:, 129:])
 
 
