@@ -147,11 +147,11 @@ class ScatteringModel(Protocol):
     has_resting_points: whether it is a `resting_points.RestingModel`.
     """
 
-    by_aspect: ClassVar[bool]
-    diffracts: ClassVar[bool]
-    lit_by_sea: ClassVar[bool]
-    tells_sea_delay: ClassVar[bool]
-    has_resting_points: ClassVar[bool]
+    by_aspect: ClassVar[bool] = False
+    diffracts: ClassVar[bool] = False
+    lit_by_sea: ClassVar[bool] = False
+    tells_sea_delay: ClassVar[bool] = False
+    has_resting_points: ClassVar[bool] = False
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
