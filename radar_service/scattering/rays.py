@@ -49,14 +49,6 @@ class RayHits:
         return len(self.body)
 
 
-def hit_amplitude(hits: RayHits, gamma: Floats) -> Complexes:
-    """Root of the cross-section [m] with its phase (H,) that each hit stands for; gamma: (B,) of the bodies of the scene.
-
-    A ray covers the area R^2 dOmega / cos i, of sigma0 = gamma cos i: the cosines cancel, and a hit needs no normal.
-    """
-    return np.asarray(np.sqrt(gamma[hits.body] * hits.range**2 * hits.solid_angle) * hits.phasor)
-
-
 class RayCaster:
     """All triangles of a scene. A ray's first hit counts; what lies behind it is occluded."""
 
@@ -147,7 +139,9 @@ class RaySampledSurfaces(ScatteringModel):
         present = instant.line_of_sight.present(instant.time)
         hits = self._caster.hits(antenna, instant.time, instant.max_range, instant.movers, present)
         own = np.flatnonzero(self._index[hits.body] >= 0)
-        body, amplitude = self._index[hits.body[own]], hit_amplitude(hits, self._caster.gamma)[own]
+        # A ray covers the area R^2 dOmega / cos i, of sigma0 = gamma cos i: the cosines cancel, and a hit needs no normal
+        section = self._caster.gamma[hits.body] * hits.range**2 * hits.solid_angle
+        body, amplitude = self._index[hits.body[own]], (np.sqrt(section) * hits.phasor)[own]
         order = np.argsort(body, kind="stable")
         return BodyEchoes.of_points(hits.position[own][order], amplitude[order], body[order])
 

@@ -15,8 +15,9 @@ from radar_service.trace.land_mask import LandMask
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
-from radar_service.trace.triangle_clusters import BodyTriangles, TriangleClusters
+from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Body
+from radar_service.world.materials import is_ground
 from radar_service.world.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
 from radar_service.world.presence import Presences
 
@@ -53,7 +54,7 @@ class OcclusionScene:
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self.moving = MovingOccluders(bodies, earth_radius, without, rays, revision)
         self._bodies, self.revision = tuple(bodies), revision
-        self._triangles = BodyTriangles(bodies)
+        self._triangles: ResultCache[int, TriangleClusters] = ResultCache(max(1, len(bodies)))
         self._land: ResultCache[None, LandMask | None] = ResultCache(1)
 
     @property
@@ -141,12 +142,17 @@ class OcclusionScene:
         near &= on_the_way(plan, body, antenna[:2], moved)
         return np.flatnonzero(near).tolist()
 
-    def posed_triangles(
-        self, bodies: Sequence[int], antenna: Floats, time: float
-    ) -> list[tuple[TriangleClusters, BodyPose]]:
+    def posed_triangles(self, bodies: Sequence[int], time: float) -> list[tuple[TriangleClusters, BodyPose]]:
         """The triangles of bodies with meshes and their poses at `time` [s], present or not."""
-        poses = {key: pose for _, pose, key in self.moving.chosen(bodies, time)}
-        return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
+        poses = self.moving.poses_of(bodies, time)
+        return [(self._triangles_of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
+
+    def _triangles_of(self, key: int) -> TriangleClusters:
+        """The triangles of a body with a mesh, in clusters that are made when they are needed first."""
+        body = self._bodies[key]
+        assert body.mesh is not None
+        mesh = body.mesh
+        return self._triangles.get(key, lambda: TriangleClusters(mesh, is_ground(body)))
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""

@@ -193,7 +193,7 @@ class PhysicalOptics(AspectModel):
             ground = ground_before(self._radar, self._environment, scene, antenna, _box(optical, posed.upright))
         pose, raised = posed.lifted(-ground).upright, antenna - [0.0, 0.0, ground]
         others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
-        before = scene.posed_triangles(others, raised, instant.time)
+        before = scene.posed_triangles(others, instant.time)
         shadows = self._onlooker(optical, pose, raised, instant, by_paths).shadows(
             [(triangles, each.lifted(-ground)) for triangles, each in before]
         )
@@ -220,7 +220,7 @@ class PhysicalOptics(AspectModel):
         pose = pose_at(self.bodies[b], instant.time)
         optical = self._optical[b] if pose.lean is None else self._optical[b].leaning(pose.lean)
         onlooker = self._onlooker(optical, pose.upright, antenna, instant, self._environment.multipath and antenna[2] > 0.0)
-        posed = instant.line_of_sight.posed_triangles(list(among), antenna, instant.time)
+        posed = instant.line_of_sight.posed_triangles(list(among), instant.time)
         nearest = [onlooker.nearest(*other, moved, own_moved) for moved, other in zip(among.values(), posed, strict=True)]
         return [Caster(key, distance) for key, distance in zip(among, nearest, strict=True) if distance < np.inf]
 
