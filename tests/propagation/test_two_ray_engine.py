@@ -5,14 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize_scalar
 from scipy.special import i0e
 
 import radar_service as rs
+from tests.reference.reflecting_ground import WAVELENGTH, angles, factor, reflection, water
 from tests.scenes import point, scene
 
 EARTH = 4 / 3 * 6_371_000.0
-WAVELENGTH = 299_792_458.0 / 9.41e9
 RADAR = {"azimuths": 8, "beamwidth_deg": 60, "beamwidth_el_deg": 180, "bandwidth_hz": 5e6, "height_m": 15.0}
 
 
@@ -31,28 +30,12 @@ def measured_factor(
 
 
 def reference_factor(distance: float, polarization: str, wave_height: float) -> complex:
-    """F^2 by Fermat: the shortest way over the sea z = -d^2 / (2 ae), Fresnel with the permittivity of sea water at 15 C
-    (55.3 - j38.2, reference values), divergence (Kerr 1951), Miller-Brown roughness."""
-
-    def bent(x: float) -> float:
-        return -(x**2) / (2 * EARTH)
-
-    top = 10.0 + bent(distance)
-
-    def legs(x: float) -> tuple[float, float]:
-        return float(np.hypot(x, bent(x) - 15.0)), float(np.hypot(distance - x, top - bent(x)))
-
-    x = minimize_scalar(lambda x: sum(legs(x)), bounds=(0.0, distance), method="bounded", options={"xatol": 1e-3}).x
-    first, second = legs(x)
-    direct = float(np.hypot(distance, top - 15.0))
-    grazing = np.arctan2(15.0 - bent(x), x) - x / EARTH
-    sine, refracted = np.sin(grazing), np.sqrt(55.3 - 38.2j - np.cos(grazing) ** 2)
-    weight = 1.0 if polarization == "h" else 55.3 - 38.2j
-    surface = (weight * sine - refracted) / (weight * sine + refracted)
-    g = 4 * np.pi * wave_height * sine / WAVELENGTH
-    spread = 1 / np.sqrt(1 + 2 * x * (distance - x) / (EARTH * distance * sine))
-    phase = np.exp(-2j * np.pi / WAVELENGTH * (first + second - direct))
-    return complex((1 + surface * i0e(g**2 / 2) * spread * phase * direct / (first + second)) ** 2)
+    """F^2, the reflected ray of the plain reference reduced by Miller-Brown roughness."""
+    path: Any = distance, 10.0, 15.0, [water(distance)], EARTH
+    place = reflection(*path)
+    assert place is not None
+    g = 4 * np.pi * wave_height * np.sin(angles(place[0], distance, 10.0, 15.0, 0.0, EARTH)[0]) / WAVELENGTH
+    return (1 + (factor(*path, polarization) - 1) * float(i0e(g**2 / 2))) ** 2
 
 
 def db(factor: complex) -> float:

@@ -181,26 +181,6 @@ def some_spokes(bodies: list[dict[str, object]]) -> np.ndarray:
     return np.concatenate([block.field for block, _ in zip(sim.blocks(scans=1), range(2), strict=False)])
 
 
-SWAP = """
-from tests.trace.test_embree import FLEET, some_spokes
-import radar_service as rs
-from tests.scenes import scene
-held = [rs.Simulator(scene(FLEET, radar={"azimuths": 90, "beamwidth_deg": 5}), "fast") for _ in range(2)]
-print(*(next(iter(sim.blocks())).time.size for sim in held))
-"""
-FLEET = [
-    {"name": f"b{k}", "shape": "box", "length_m": 8 + k % 6, "width_m": 4, "height_m": 5, "material": "steel",
-     "position_m": [(300 + 5 * k) * np.sin(k), (300 + 5 * k) * np.cos(k), 0], "speed_kn": 4 + k % 7, "course_deg": k * 37 % 360}
-    for k in range(506)
-]  # fmt: skip
-
-
-@pytest.mark.study  # the bound itself is tested below
-def test_506_moving_steel_boxes_run_in_two_simulators_at_once() -> None:
-    """In a process of its own, as it killed the process: 2024 trees."""
-    assert in_process(SWAP).split() == ["16", "16"]
-
-
 def test_a_bound_below_the_bodies_of_a_scene_changes_no_byte(monkeypatch: pytest.MonkeyPatch) -> None:
     """40 moving boxes, no two of them equal, in room for 8 trees."""
     expected = some_spokes(BOXES)

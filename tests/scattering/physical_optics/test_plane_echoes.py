@@ -67,19 +67,6 @@ def corner(a: float, sides: int) -> Mesh:
     return welded(np.concatenate([sheet(zero, x, z, 1), sheet(zero, z, y, 1), sheet(zero, y, x, 1)][:sides]))
 
 
-@pytest.mark.parametrize("polarization", "hv")
-@pytest.mark.parametrize(
-    ("sides", "toward", "squares"),
-    [(1, (0, 1, 0), 4), (2, (1, 1, 0), 8), (3, (1, 1, 1), 12)],
-    ids=["plate", "dihedral", "trihedral"],
-)
-def test_corners_have_their_closed_forms(sides: int, toward: Floats, squares: int, polarization: str) -> None:
-    """4, 8 and 12 pi a^4 / lambda^2. The single surfaces of a dihedral at 45 degrees add or take 0.04 dB."""
-    body = optics(corner(0.6, sides), 3, polarization)
-    theory = decibels(squares * np.pi * 0.6**4 / WAVELENGTH**2)
-    assert cross_section_db(body, np.array(toward)) == pytest.approx(theory, abs=0.05)
-
-
 @pytest.mark.parametrize(("kind", "size"), [("fishing", (30.0, 6.0, 6.3)), ("ferry", (120.0, 22.0, 25.0))])
 def test_triangles_in_four_and_from_other_corners_change_nothing(kind: str, size: tuple[float, float, float]) -> None:
     """At random aspects in both bands, leaning or not, over the sea or not: 0.05 dB of the power and of the largest cell. The
@@ -267,19 +254,6 @@ def test_a_dented_wall_is_the_sum_of_its_elements(turn_deg: float) -> None:
     lean = Rotation.from_euler("yx", [7.0, -5.0], degrees=True).as_matrix()
     leaning = seen(body.rotated(lean), lean @ antenna, longest=1.8).amplitude.sum()
     assert abs(leaning) == pytest.approx(field, abs=1e-6 * 180.0 * most)
-
-
-def test_dents_of_no_depth_and_far_from_the_normal_change_nothing() -> None:
-    """Far off to the last bit. Strips without depth sum to the flat wall, but for the bend of its larger triangles."""
-    body = plated(welded(plate(30.0, 6.0, 1)), 0.004)
-    assert body.walls is not None
-    smooth = dataclasses.replace(body, walls=dataclasses.replace(body.walls, drawn=0.0 * body.walls.drawn))
-    flat = dataclasses.replace(body, walls=None)
-    for turn_deg, most in ((0.5, 3e-4), (3.0, 3e-6), (15.0, 0.0)):
-        antenna = 2000.0 * np.array([np.sin(np.radians(turn_deg)), np.cos(np.radians(turn_deg)), 0.002])
-        fields = [seen(each, antenna, longest=1.8).amplitude for each in (smooth, flat, body)]
-        assert abs(fields[0].sum() - fields[1].sum()) <= most * 2.0 * np.sqrt(np.pi) * 180.0 / WAVELENGTH
-        assert np.array_equal(fields[1], fields[2]) == (most == 0.0)
 
 
 def test_a_bounce_keeps_the_coherent_part_of_each_plated_wall() -> None:
