@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -41,11 +41,10 @@ class FixedScatterers(ScatteringModel, ABC):
     diffracts: ClassVar[bool] = True
     tells_sea_delay: ClassVar[bool] = True
 
-    def __init__(
-        self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext
-    ) -> None:
-        """key: (B,) index of each body in the scene; parts: the scatterers of each body."""
+    def __init__(self, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> None:
+        """Density follows the resolution cell at the distance of each triangle at time 0."""
         self.bodies, self.key, self.context = tuple(bodies), key, context
+        parts = [self.sample(body, context) for body in bodies]
         self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
         self._body: Indices = np.repeat(np.arange(len(parts)), self.scatterers)
         of_all = parts[0] if len(parts) == 1 else Scatterers.joined(parts)
@@ -55,12 +54,6 @@ class FixedScatterers(ScatteringModel, ABC):
         self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # others are wound either way
         self._solid: Flags = np.array([body.mesh is not None and body.mesh.solid for body in bodies], dtype=np.bool_)
         self._poses = BodyPoses(bodies)
-
-    @classmethod
-    @override
-    def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        """Density follows the resolution cell at the distance of each triangle at time 0."""
-        return cls(bodies, key, [cls.sample(body, context) for body in bodies], context)
 
     @staticmethod
     @abstractmethod

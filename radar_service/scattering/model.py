@@ -151,10 +151,12 @@ class ScatteringModel(Protocol):
     tells_sea_delay: ClassVar[bool] = False
     has_resting_points: ClassVar[bool] = False
 
+    def __init__(self, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> None: ...
+
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """The model of `bodies`; key: (B,) the index of each in the scene, rising."""
-        ...
+        return cls(bodies, key, context)
 
     key: Indices  # (B,) index of each body in the scene
     scatterers: Indices  # (B,) how many fixed scatterers each body has; 0 for models without

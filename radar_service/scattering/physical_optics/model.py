@@ -6,7 +6,7 @@ Equal bodies share what does not depend on their motion.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -113,17 +113,15 @@ class OpticalBody:
 
 def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int) -> list[OpticalBody]:
     """`OpticalBody` of each body. Those of equal meshes, materials and plating are one object."""
-    result: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
-    keys = [_key(body) for body in bodies]
-    for key, body in zip(keys, bodies, strict=True):
-        if key not in result:
-            result[key] = OpticalBody.of(body, radar, bounces)
-    return [result[key] for key in keys]
-
-
-def _key(body: Body) -> tuple[bytes, str, Plating | None]:
-    assert body.mesh is not None
-    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name, body.plating
+    made: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
+    result = []
+    for body in bodies:
+        assert body.mesh is not None
+        key = content_key(body.mesh.vertices, body.mesh.faces), body.material.name, body.plating
+        if key not in made:
+            made[key] = OpticalBody.of(body, radar, bounces)
+        result.append(made[key])
+    return result
 
 
 class PhysicalOptics(AspectModel):
@@ -133,20 +131,12 @@ class PhysicalOptics(AspectModel):
     diffracts: ClassVar[bool] = True
     lit_by_sea: ClassVar[bool] = True  # with ranges of their own, so the plan tells no delay
 
-    def __init__(
-        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext
-    ) -> None:
-        """key: (B,) index of each body in the scene."""
+    def __init__(self, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> None:
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
+        self._optical = optical_bodies(bodies, context.radar, context.fidelity.bounces)
+        self._radar, self._environment = context.radar, context.environment
         self._over_horizon = diffraction_height(context.radar, context.environment)
-
-    @classmethod
-    @override
-    def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        optical = optical_bodies(bodies, context.radar, context.fidelity.bounces)
-        return cls(bodies, key, optical, context)
 
     @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
