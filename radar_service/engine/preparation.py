@@ -93,7 +93,7 @@ def prepare(
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
-    max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
+    max_tile = int(np.clip(TILE_BYTES // (8 * compression.size), MAX_TILE // 2, MAX_TILE))
     extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)  # off boresight, of moving echoes
     oversampling = fidelity.beam_table_oversampling
     beam = BeamTable(radar.azimuth_gain, radar.beamwidth, extent, max_tile * radar.azimuth_step, oversampling)

@@ -121,11 +121,6 @@ class Compression:
     eclipsing_filter: Eclipsing | None = None
 
     @property
-    def row_bytes(self) -> int:
-        """Size of one row of the grid in memory."""
-        return self.size * np.dtype(np.complex64).itemsize
-
-    @property
     def peak_gain(self) -> float:
         """The maximum magnitude of a sample of a profile over the root of the energy of its row, by Cauchy and Schwarz.
 
