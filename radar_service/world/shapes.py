@@ -3,10 +3,6 @@
 The origin is the centre of sphere and plate, the apex of the trihedral, the middle of the dihedral's fold, and the foot of
 box, cylinder and hull (docs/scenes.md#shapes). A plate faces +y; dihedral and trihedral open toward +y, axis of symmetry
 level.
-
-Hulls of other types than `plain` have flared sides, superstructure, masts and rails, drawn about proportions by a seed. Each of
-their parts is closed, and reaches a little into what it stands on: no two facets coincide. Walls and bars lean by drawn angles:
-exact corners of this size return far more than ships do.
 """
 
 import math
@@ -209,6 +205,9 @@ SHAPES: dict[str, Callable[..., Mesh]] = {
 }
 
 
+# Hulls of other types than `plain` have flared sides, superstructure, masts and rails, drawn about proportions by a seed.
+# Each of their parts is closed, and reaches a little into what it stands on: no two facets coincide. Walls and bars lean by
+# drawn angles: exact corners of this size return far more than ships do.
 SUNK = 0.03  # m by which a part reaches into what it stands on
 BAR = 0.02  # m, half the width of rails
 POLE = 0.0012  # of the length, that half the width of poles is more
