@@ -102,7 +102,7 @@ ARBITRARY = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=80, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow])
 @given(st.dictionaries(KEYS, ARBITRARY, max_size=5))
 def test_arbitrary_data_raises_only_scene_errors(source: dict[str, Any]) -> None:
     try:
