@@ -15,6 +15,7 @@ from radar_service.numerics.types import Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers import formats
 from radar_service.scene_file.readers.file_format import (
+    IN_PROCESS,
     MAX_FACES,
     Format,
     Triangles,
@@ -26,7 +27,6 @@ from radar_service.scene_file.readers.formats import detected_format, format_of,
 from radar_service.scene_file.readers.glb import check_gltf
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
 from radar_service.scene_file.readers.mesh import flat_copies, numbered_edges
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.track import motion_from_track
 from radar_service.scene_file.readers.trimesh_parser import trimesh_triangles
 from radar_service.world.error import SceneError
@@ -125,7 +125,7 @@ def test_what_it_cannot_read_is_a_refusal() -> None:
         trimesh_triangles("glb", b"glTF", "m")
 
 
-# mesh_reader: the reader in this process: what the parsers of meshes and height maps return, at the location of the body.
+# The reader in this process: what the parsers of meshes and height maps return, at the location of the body.
 EVERYWHERE = Coverage(0.0, 0.0, np.inf)
 BODY = HeightMapBodyModel(name="land", heightmap="h.npy", extent_m=(20.0, 10.0))
 
