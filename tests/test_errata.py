@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from radar_service.engine.documented import AzimuthHits, DocumentedEngine
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import direction
-from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
+from radar_service.propagation.gas_and_rain import attenuation_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
     printed_two_ray_factor,
     two_ray_factor,

@@ -16,7 +16,7 @@ from radar_service.__main__ import main
 from radar_service.believed.verdicts import PAGE
 from radar_service.commands.command_line import parser
 from radar_service.commands.shared_options import SimulatorOptions
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.plan.budget import ErrorBudget
 from radar_service.recording import read
 from radar_service.study import stability

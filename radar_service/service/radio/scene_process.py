@@ -131,7 +131,7 @@ class SceneProcess(Commanded, TellsSources, TellsShips):
         self._commands = tuple(commands)
 
     def _tell(self, method: str, *arguments: object) -> None:
-        """Has the simulator called."""
+        """Calls a method of the simulator in its process."""
         with self._telling:
             if not self._started:
                 self._waiting.append((method, arguments))
