@@ -31,7 +31,7 @@ from radar_service.service.settings import Pace
 from radar_service.service.spokes import Epoch, SpokeBatch, new_epoch_name
 from radar_service.service.token_bucket import TokenBucket
 from radar_service.world.commands import CommandError
-from radar_service.world.outline import outline_of
+from radar_service.world.scene import outline_of
 from tests.scenes import TWO_RADARS, averaging
 from tests.service.fake import BINS, STEP, FakeEngine, scene, steerable_scene
 

@@ -15,9 +15,8 @@ from radar_service import wire
 from radar_service.ports.app import create_app
 from radar_service.ports.http import server
 from radar_service.ports.http.server import SEND_BUFFER, listening_socket, note_fault, possible_connections
-from tests.ports.http.loopback import GET, UPGRADE, Address, radar, works
 from tests.ports.playing import FLAT_OUT, station
-from tests.ports.serving import answer, dialled, served
+from tests.ports.serving import GET, UPGRADE, Address, answer, dialled, radar, served, works
 from tests.processes.test_fork_server import until
 
 

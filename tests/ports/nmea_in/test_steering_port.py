@@ -37,8 +37,8 @@ from radar_service.terminal.arguments import UsageError
 from radar_service.world.commands import Command, CommandError
 from radar_service.world.geo import map_from_geographic
 from tests.ports.asgi import Server, running
+from tests.ports.nmea.reading import hdt, line, rmc
 from tests.ports.nmea.test_senders import HERE, free_port
-from tests.ports.nmea_in.saying import hdt, line, rmc
 from tests.ports.nmea_in.test_receivers import Clock
 from tests.ports.playing import PAUSED
 from tests.service.in_process import InProcess

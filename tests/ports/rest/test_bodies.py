@@ -16,10 +16,9 @@ from radar_service.ports.app import create_app
 from radar_service.ports.rest.bodies import MAX_JSON_BYTES, SMALL, BodyLimitMiddleware, max_body, read_body
 from radar_service.ports.rest.scene_store import MAX_UPLOAD_BYTES
 from radar_service.ports.rest.schemas import SceneUpload
-from tests.ports.http.loopback import Address, radar, works
 from tests.ports.playing import playing, station
 from tests.ports.rest.test_command_routes import station as steerable
-from tests.ports.serving import Turns, dialled
+from tests.ports.serving import Address, Turns, dialled, radar, works
 
 CASES = [
     (b'{"name": "a", "scene": {"name": "s"}}', 201, ""), (b'{"name": "a", "scene": 3}', 422, "scene: 3;"),

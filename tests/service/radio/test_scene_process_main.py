@@ -14,7 +14,7 @@ from radar_service.service.scene_request import ProcessSimulator, SceneRequest
 from radar_service.simulator import Simulator
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
-from radar_service.world.outline import outline_of
+from radar_service.world.scene import outline_of
 from tests.service.fake import scene
 
 STEERABLE = {"radar": {"azimuths": 60, "beamwidth_deg": 8}, "own_ship": {"steerable": {}}}
