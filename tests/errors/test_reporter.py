@@ -11,7 +11,7 @@ from radar_service.errors import reporter
 from radar_service.errors.reporter import ErrorReporter, ErrorTimeline
 from radar_service.numerics.frames import wrap_angle
 from radar_service.records.spokes import SpokeBlock
-from radar_service.world.error_settings import AntennaErrors, ErrorSettings
+from radar_service.world.reporting import AntennaErrors, ErrorSettings
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 BAD_FEED = {

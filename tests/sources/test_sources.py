@@ -11,7 +11,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.sources.numbers import BODY, source_names, source_numbers
 from radar_service.sources.rows import resting_fields, source_rows, spread_echoes
 from radar_service.stages.registry import numbers_of
-from radar_service.world.materials import MATERIALS, is_land
+from radar_service.world.body import MATERIALS, is_land
 from tests.alone import Alone
 from tests.scenes import point, scene
 

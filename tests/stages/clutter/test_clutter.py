@@ -39,7 +39,7 @@ from radar_service.stages.clutter.sea import (
 from radar_service.stages.clutter.sea_clutter import Sea, sea_power
 from radar_service.stages.clutter.stage import ClutterStage
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.wave_drawing import drawn_waves
+from radar_service.world.seaway import drawn_waves
 from tests.alone import clutter_of
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 from tests.scenes import scene
