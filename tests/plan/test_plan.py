@@ -17,10 +17,10 @@ from radar_service.numerics.arithmetic import arithmetic
 from radar_service.plan import plan as plans
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ERROR_HELP, STEPS_DB, ErrorBudget, error_budget, finite_pace
+from radar_service.plan.cost_model import Costs, Counts, EngineStatistics, PerBody, realtime_factor
 from radar_service.plan.culling import CulledBody
 from radar_service.plan.plan import NEVER_VISIBLE, Plan, bodies, estimated_factor, held, plan_for, plan_in_time
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
-from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody, realtime_factor
 from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.records.plan_item import PlanItem
 from tests.plan.scenes import HOUSE, WAY
