@@ -31,9 +31,7 @@ CODE = [
     for folder in ("radar_service", "clients", "scenes", "tests")
     for file in sorted((ROOT / folder).rglob(pattern))
 ]
-FILES = ("radar_service", "clients", "scenes", "tests", "docs", ".github", ".ci")  # of which documents name files
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-PATH = re.compile(rf"`((?:{'|'.join(map(re.escape, FILES))})/[\w./-]*)")
 CITATION = re.compile(r"docs/[\w/-]+\.md(?:#[\w-]+)?")
 NUMBERED = re.compile(r"docs/specification\.md,? (eqs?\.|errata rows?) (\d+(?:(?:, | and | to )\d+)*)")
 OUTSIDE = re.compile(
@@ -100,22 +98,6 @@ def test_links_resolve(name: str) -> None:
 def test_a_broken_link_is_found(target: str, why: str | None) -> None:
     fault = broken("docs/engine.md", target)
     assert (fault is None) if why is None else (fault is not None and why in fault)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_files_named_exist(name: str) -> None:
-    missing = [path for path in PATH.findall(text(name)) if not (ROOT / path.rstrip(".")).exists()]
-    assert not missing, f"{name}: {', '.join(missing)}: no such file"
-
-
-SHORT = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:py|js))`")
-
-
-@pytest.mark.parametrize("name", ["docs/code-map.md", "docs/threads.md", "docs/interfaces.md", "docs/ports.md"])
-def test_files_named_by_the_end_of_their_path_exist(name: str) -> None:
-    files = ["/" + file.relative_to(ROOT).as_posix() for file in CODE]
-    missing = [path for path in SHORT.findall(text(name)) if not any(file.endswith("/" + path) for file in files)]
-    assert not missing, f"{name}: {', '.join(missing)}: no such file"
 
 
 def test_the_index_lists_every_document() -> None:
