@@ -14,10 +14,9 @@ import pytest
 import radar_service as rs
 from radar_service.commands.command_line import parser
 from radar_service.scene_file.load import load_scene
-from tests.prose import Names, code, code_files
+from tests.prose import DOCSTRING, Names, code, code_files
 from tests.prose import prose as prose_of
 from tests.reference.docs_tables import TABLES, renewed
-from tests.test_house_rules import docstrings
 
 ROOT = Path(__file__).parents[1]
 HISTORY = ["CHANGELOG.md", *(f"docs/changes/{file.name}" for file in (ROOT / "docs" / "changes").glob("[0-9]*.md"))]
@@ -38,6 +37,7 @@ OUTSIDE = re.compile(
     r"\bDESIGN\b|(?:\(|# )issue\b|\b[Ss]eed('s| eqs?\.| algorithm| fig(?:ure|\.)| \d+\.\d)"
     r"|(?<![\w/.-])(?!docs/|README|CONTRIBUTING|CHANGELOG)[\w./-]+\.md\b"
 )
+MAY_CITE = re.compile(r"DESIGN|issue|eed|\.md")  # three files in four have none of these
 EQUATIONS, ROWS = range(1, 23), range(1, 14)
 
 
@@ -172,7 +172,7 @@ def counted() -> dict[str, float]:
     whole = {name: text(name) for name in NAMES if name != "CONTRIBUTING.md"}
     by_hand = sum(words(GENERATED.sub("", source)) for name, source in whole.items() if name != "docs/believed.md")
     sources = (file.read_text(encoding="utf-8") for file in (ROOT / "radar_service").rglob("*.py"))
-    of_each = [words(docstring) for source in sources for _, docstring in docstrings(source)]
+    of_each = [words(docstring[2]) for source in sources for docstring in DOCSTRING.finditer(source)]
     return {
         "hand-written": by_hand,
         "generated": sum(map(words, whole.values())) - by_hand,
@@ -276,8 +276,8 @@ def test_no_code_cites_a_document_outside_the_repository() -> None:
     outside = [
         f"{file.relative_to(ROOT)}: {result[0]}"
         for file in CODE
-        if file != Path(__file__)
-        for result in OUTSIDE.finditer(unwrapped(file.read_text(encoding="utf-8")))
+        if file != Path(__file__) and MAY_CITE.search(source := file.read_text(encoding="utf-8"))
+        for result in OUTSIDE.finditer(unwrapped(source))
     ]
     assert not outside, "\n".join(outside)
 
