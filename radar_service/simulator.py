@@ -7,36 +7,38 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service.engine.preparation import Prepared
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Indices, Singles
+from radar_service.numerics import BLAS_LIMIT, Indices, Singles
 from radar_service.plan.cost_model import engine_statistics
 from radar_service.plan.plan import NOTHING_KNOWN, Plan, plan_for
 from radar_service.plan.statistics import EngineStatistics
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.cell_sources import PowersOf, source_request
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.reports import Readings
-from radar_service.records.spokes import Spoke, SpokeBlock
-from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
-from radar_service.scans.sector import Sector
+from radar_service.receive import receiver_noise_power
+from radar_service.records import (
+    Crossing,
+    Fidelity,
+    PowersOf,
+    Readings,
+    ShipStates,
+    Snapshot,
+    Spoke,
+    SpokeBlock,
+    Truth,
+    source_request,
+)
+from radar_service.scans import Sector
 from radar_service.scene_file.error_tables import changed_errors
 from radar_service.simulation.engine_set_up import SourceTiles, SourceTruth, check_arguments, chosen_fidelity, engine_set_up
 from radar_service.simulation.spoke_stream import SpokeStream
 from radar_service.simulation.tile_processes import TileProcesses
 from radar_service.sources.numbers import source_names
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
-from radar_service.trace.embree import TREES
+from radar_service.trace import TREES
 from radar_service.truth.crossings import CrossingTruth
 from radar_service.truth.ground_truth import GroundTruth
 from radar_service.truth.truth_file import header
-from radar_service.world.commands import Command, command_from
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.outline import outline_of
-from radar_service.world.scene import Scene, scene_at_rpm
-from radar_service.world.steering import Steering
+from radar_service.world import Command, ErrorSettings, Scene, Steering, command_from, outline_of, scene_at_rpm
 
 if TYPE_CHECKING:
-    from radar_service.scans.scan import Scan
+    from radar_service.scans import Scan
 
 
 class Simulator:
@@ -141,7 +143,7 @@ class Simulator:
 
     def scan(self) -> "Scan":
         """The next scan. Azimuths outside the sector are NaN."""
-        from radar_service.scans.scan import scan_of  # here: its pictures would slow every start of the service
+        from radar_service.scans import scan_of  # here: its pictures would slow every start of the service
 
         azimuths = self.scene.radar.azimuths
         return scan_of(self.blocks(scans=1, size=azimuths), azimuths)

@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Singles
-from radar_service.radar.sets import radar_sets
+from radar_service.numerics import Floats, Singles
+from radar_service.radar import radar_sets
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 
 Table = dict[str, Any]  # of a scene file
 Measurement = Callable[["Run"], list["Figure"]]

@@ -12,8 +12,7 @@ import numpy as np
 from radar_service.believed import bodies, sea, signals, targets, tracking
 from radar_service.believed.published import TABLE, Row, TableError, published_rows
 from radar_service.believed.run import Figure, NotExpressed, Run
-from radar_service.terminal.extras import extra
-from radar_service.terminal.output_files import make_folder, written
+from radar_service.terminal import extra, make_folder, written
 
 MEASUREMENTS: dict[str, Callable[[Run], list[Figure]]] = {
     **sea.MEASUREMENTS, **targets.MEASUREMENTS, **bodies.MEASUREMENTS, **signals.MEASUREMENTS, **tracking.MEASUREMENTS,

@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.terminal import UsageError, make_folder, write_file
 from radar_service.terminal.progress import progress
 
 

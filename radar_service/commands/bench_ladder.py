@@ -14,7 +14,7 @@ from radar_service.bench.scenario import ScenarioError
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.shared_options import add_jobs, executor_of
-from radar_service.terminal.arguments import UsageError, add_whole_number
+from radar_service.terminal import UsageError, add_whole_number
 from radar_service.terminal.progress import progress
 
 SEEDS = 20

@@ -6,8 +6,7 @@ from pathlib import Path
 from radar_service.batch.jobs import JobsFailed
 from radar_service.commands.shared_options import add_scene, add_scheduler, executor_of
 from radar_service.scene_file.load import load_scene
-from radar_service.terminal.arguments import UsageError, add_whole_number
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal import UsageError, add_whole_number, make_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from radar_service import plug_ins
-from radar_service.terminal.arguments import UsageError, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare, written
+from radar_service.terminal import UsageError, add_overwrite, file_ending, prepare, written
 
 if TYPE_CHECKING:
-    from radar_service.numerics.types import Singles
+    from radar_service.numerics import Singles
     from radar_service.ports.udp.capture import Capture
     from radar_service.recording.recording import Recording
     from radar_service.service.spokes import SpokeSink

@@ -29,7 +29,7 @@ from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
 from radar_service.service.access import Access, checked_token, is_loopback
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port

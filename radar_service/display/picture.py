@@ -12,7 +12,7 @@ from PIL import Image, ImageDraw, ImageFont
 from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.ppi import Interpolation, scan_convert
 from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
-from radar_service.numerics.types import Flags
+from radar_service.numerics import Flags
 
 Bytes = NDArray[np.uint8]
 Colour = tuple[int, int, int]

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, Singles
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array

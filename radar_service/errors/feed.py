@@ -13,13 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.errors.sensors import draws, is_lost
-from radar_service.numerics.random import FEED
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.radar.parameters import Radar, in_sector
-from radar_service.records.cell_sources import UNKNOWN, Powers
-from radar_service.records.reports import FeedErrorCounts
-from radar_service.records.spokes import SpokeBlock, joined
-from radar_service.world.error_settings import FeedErrors
+from radar_service.numerics import FEED, Flags, Floats, Indices
+from radar_service.radar import Radar, in_sector
+from radar_service.records import UNKNOWN, FeedErrorCounts, Powers, SpokeBlock, joined
+from radar_service.world import FeedErrors
 
 MAX_LATE = 4096  # spokes; where more are late, the first ones come sooner
 DROP, BURST, REPEAT, LATE, SWAP = range(5)  # columns of the random numbers of a spoke

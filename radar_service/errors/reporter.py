@@ -14,14 +14,10 @@ import numpy as np
 
 from radar_service.errors.feed import FeedArranger, FeedLaw
 from radar_service.errors.sensors import Earlier, SensorLaws
-from radar_service.numerics.frames import wrap_angle, wrap_bearing
-from radar_service.numerics.random import name_key
-from radar_service.radar.parameters import Radar
-from radar_service.records.reports import FeedErrorCounts, ReportedOwnShip
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import OwnShipTruth
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.stream import NO_STREAM, Stream
+from radar_service.numerics import name_key, wrap_angle, wrap_bearing
+from radar_service.radar import Radar
+from radar_service.records import FeedErrorCounts, OwnShipTruth, ReportedOwnShip, SpokeBlock
+from radar_service.world import NO_STREAM, ErrorSettings, Stream
 
 MAX_CHANGES = 1000  # that are remembered: the errors of older spokes count as those of the oldest change
 ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key

@@ -14,13 +14,10 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle, wrap_bearing
-from radar_service.numerics.random import SENSOR, generator, name_key
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.records.reports import Readings
-from radar_service.world.error_settings import AntennaErrors, ErrorSettings
-from radar_service.world.stream import NO_STREAM, Stream, through_water
+from radar_service.numerics import SENSOR, Flags, Floats, Indices, generator, name_key, wrap_angle, wrap_bearing
+from radar_service.radar import Radar
+from radar_service.records import Readings
+from radar_service.world import NO_STREAM, AntennaErrors, ErrorSettings, Stream, through_water
 
 SINUSOIDS = 64  # kurtosis 2.977
 BLOCK = 256  # spokes whose independent numbers come from one generator

@@ -10,20 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.closest_approach import nearest_and_top
-from radar_service.echo.passage_nodes import HELD_PHASE, MAX_PHASE
-from radar_service.echo.visibility import mast_speed
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Floats
+from radar_service.echo import HELD_PHASE, MAX_PHASE, mast_speed, nearest_and_top
+from radar_service.numerics import SPEED_OF_LIGHT, Floats
 from radar_service.plan.settings_search import combine_db
-from radar_service.propagation.multipath import specular_geometry
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions
-from radar_service.world.body import Body
-from radar_service.world.motion import Motion
-from radar_service.world.scene import Scene
-from radar_service.world.steered_motion import SteeredMotion
+from radar_service.propagation import specular_geometry
+from radar_service.records import Fidelity
+from radar_service.scattering import NEAREST, BodyRun, Conditions, scattering_model
+from radar_service.world import Body, Motion, Scene, SteeredMotion
 
 HORIZON = 3600.0  # s: length of a run of loops that do not repeat together
 PER_ARC = 16  # pieces of an arc

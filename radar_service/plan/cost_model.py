@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from radar_service.echo.visibility import Visibility
+from radar_service.echo import Visibility
 from radar_service.engine.pipeline import (
     add_resting,
     add_stages,
@@ -26,8 +26,8 @@ from radar_service.engine.pipeline import (
 from radar_service.engine.preparation import Prepared
 from radar_service.plan.culling import CulledBody
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
-from radar_service.receive.detection import square_law
-from radar_service.scattering.model import BodyEchoes
+from radar_service.receive import square_law
+from radar_service.scattering import BodyEchoes
 from radar_service.stages.stage import Tile
 
 MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed

@@ -3,14 +3,12 @@
 import math
 from dataclasses import dataclass
 
-from radar_service.echo.closest_approach import max_power, nearest_and_top
-from radar_service.echo.second_time_around import max_echo_range
+from radar_service.echo import max_echo_range, max_power, nearest_and_top
 from radar_service.plan.budget import ErrorBudget
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import height_over_horizon
-from radar_service.world.body import Body
-from radar_service.world.scene import Scene
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Fidelity
+from radar_service.scattering import height_over_horizon
+from radar_service.world import Body, Scene
 
 MARGIN = 1.0  # m, for rounding
 MAIN_LOBE = 4.0  # c / 2B: no window here has a wider main lobe

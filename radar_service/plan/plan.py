@@ -16,8 +16,8 @@ import numpy as np
 
 from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.engine.preparation import rests
+from radar_service.numerics import Floats, Indices
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.numerics.types import Floats, Indices
 from radar_service.plan.body_errors import aspects_db, body_error
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.effects import effects
@@ -30,15 +30,10 @@ from radar_service.plan.settings_search import (
     resting_db,
 )
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
-from radar_service.radar.folding import remedies
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.predictions import Conditions
-from radar_service.world.body import Body
-from radar_service.world.materials import is_land, is_metal
-from radar_service.world.scene import Scene
+from radar_service.radar import Radar, remedies
+from radar_service.records import Fidelity, PlanItem
+from radar_service.scattering import Conditions, scattering_model
+from radar_service.world import Body, Scene, is_land, is_metal
 
 METHODS = {"at rest": resting_db, "moving": moving_db}
 ASPECTS = "of aspects, moving"

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.scans.scan import Scan
+from radar_service.numerics import Flags, Floats, Indices
+from radar_service.scans import Scan
 
 
 @dataclass(frozen=True)

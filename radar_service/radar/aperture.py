@@ -10,8 +10,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Complexes, Flags, Floats
+from radar_service.numerics import Complexes, Flags, Floats, wrap_angle
 from radar_service.radar.antenna import AntennaPattern
 from radar_service.radar.patterns import line_source
 

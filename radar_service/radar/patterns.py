@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.radar.antenna import AntennaPattern
 
 HALF_POWER_U = 0.442946470689452  # root of sinc(u)^2 = 1/2; twice it is the 0.8859 of the half-power width

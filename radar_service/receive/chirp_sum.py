@@ -7,9 +7,8 @@ A unit echo compresses to a unit peak.
 import numpy as np
 from scipy.fft import fft, ifft, next_fast_len
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.radar.waveform import window_coefficients
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices
+from radar_service.radar import window_coefficients
 
 
 def chirp(time: Floats, bandwidth: float, pulse: float) -> Complexes:

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Floats, Profiles, Singles
+from radar_service.numerics import Floats, Profiles, Singles
 
 KERNEL_EXTENT = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Profiles, Singles
+from radar_service.numerics import Floats, Profiles, Singles
 from radar_service.records.cell_sources import Labels, Powers, joined_powers, part_of
 from radar_service.records.reports import Readings
 

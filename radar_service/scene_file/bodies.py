@@ -6,11 +6,9 @@ from typing import TypeVar
 
 import numpy as np
 
-from radar_service.numerics.frames import body_rotation
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
-from radar_service.scattering.models import model_named
-from radar_service.scattering.reflector_patterns import size_of
+from radar_service.numerics import Floats, body_rotation
+from radar_service.radar import Radar
+from radar_service.scattering import model_named, size_of
 from radar_service.scene_file.checks.mesh_findings import (
     Findings,
     axis_findings,
@@ -38,14 +36,22 @@ from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
 from radar_service.stages.registry import effect_records
-from radar_service.world.body import Body, Material, Mesh, Plating, Reflector
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin
-from radar_service.world.hull_types import PLAIN, hull_mesh
-from radar_service.world.materials import VESSEL_MATERIALS, material_from_name
-from radar_service.world.motion import Motion
-from radar_service.world.shapes import shape_mesh
-from radar_service.world.stream import Stream
+from radar_service.world import (
+    PLAIN,
+    VESSEL_MATERIALS,
+    Body,
+    Material,
+    Mesh,
+    Motion,
+    Origin,
+    Plating,
+    Reflector,
+    SceneError,
+    Stream,
+    hull_mesh,
+    material_from_name,
+    shape_mesh,
+)
 
 Result = TypeVar("Result")
 Key = TypeVar("Key", bound=Hashable)

@@ -5,22 +5,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.radar.parameters import NearPulse, Radar
-from radar_service.radar.patterns import PATTERNS
-from radar_service.radar.sets import radar_sets
+from radar_service.numerics import KNOT
+from radar_service.radar import PATTERNS, NearPulse, Radar, radar_sets
 from radar_service.scene_file.model.body import BodyModel
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.radar import RadarModel, antenna_pattern
 from radar_service.scene_file.model.seaway import SeawayModel
 from radar_service.stages.fields import record_of
 from radar_service.stages.registry import effect_records, environment_values
-from radar_service.world.atmosphere import gas_attenuation_db_per_km
-from radar_service.world.environment import Environment
-from radar_service.world.error import SceneError
-from radar_service.world.presence import Fading, Presence
-from radar_service.world.seaway import PEAK_PERIOD, PERIOD_HEIGHT, Seaway, significant_wave_height
-from radar_service.world.stream import NO_STREAM, Stream
+from radar_service.world import (
+    NO_STREAM,
+    PEAK_PERIOD,
+    PERIOD_HEIGHT,
+    Environment,
+    Fading,
+    Presence,
+    SceneError,
+    Seaway,
+    Stream,
+    gas_attenuation_db_per_km,
+    significant_wave_height,
+)
 
 
 def radar_from_model(model: RadarModel) -> Radar:

@@ -34,13 +34,7 @@ from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_
 from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.stages.registry import effect_records, effects_named, numbered_sources
-from radar_service.world.ais import Ais
-from radar_service.world.body import Body
-from radar_service.world.error import SceneError
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.geo import Origin
-from radar_service.world.platform import Installation, Platform
-from radar_service.world.scene import Scene, World
+from radar_service.world import Ais, Body, ErrorSettings, Installation, Origin, Platform, Scene, SceneError, World
 
 Made = TypeVar("Made")
 

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.types import Floats
+from radar_service.numerics import KNOT, Floats
 from radar_service.scene_file.model.moving import (
     AMPLITUDES,
     MovingSection,
@@ -15,14 +14,24 @@ from radar_service.scene_file.model.moving import (
     WaypointModel,
 )
 from radar_service.stages.fields import record_of
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin, map_from_geographic
-from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
-from radar_service.world.motion import Motion, in_stream, segment_headings
-from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
-from radar_service.world.stream import NO_STREAM, Stream
-from radar_service.world.sway import Sway
-from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
+from radar_service.world import (
+    NO_STREAM,
+    Knot,
+    Manoeuvre,
+    Motion,
+    Origin,
+    RoundedRoute,
+    SceneError,
+    SteeredMotion,
+    SteeringLimits,
+    Stream,
+    Sway,
+    in_stream,
+    map_from_geographic,
+    motion_with_manoeuvres,
+    round_corners,
+    segment_headings,
+)
 
 TrackReader = Callable[[str, str, float | None], Motion]  # file name, location, heading_deg
 

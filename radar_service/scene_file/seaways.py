@@ -4,21 +4,28 @@ import math
 from dataclasses import replace
 from typing import NamedTuple
 
-from radar_service.numerics.random import LEAN, generator, name_key
+from radar_service.numerics import LEAN, generator, name_key
 from radar_service.scene_file.convert import seaway_from_model, stream_from_model
 from radar_service.scene_file.model.environment import EnvironmentModel
 from radar_service.scene_file.model.moving import AMPLITUDES, MovingSection
 from radar_service.scene_file.model.seaway import HullModel
 from radar_service.stages.fields import record_of
-from radar_service.world.body import Mesh
-from radar_service.world.error import SceneError
-from radar_service.world.hull_response import HullForm
-from radar_service.world.motion import Motion
-from radar_service.world.seaway import Seaway, Waves
-from radar_service.world.seaway_motion import Bounds, SeawayMotion, bounds_of, bounds_on_any_course, easing_of
-from radar_service.world.steered_motion import SteeredMotion
-from radar_service.world.stream import Stream
-from radar_service.world.wave_drawing import drawn_waves
+from radar_service.world import (
+    Bounds,
+    HullForm,
+    Mesh,
+    Motion,
+    SceneError,
+    Seaway,
+    SeawayMotion,
+    SteeredMotion,
+    Stream,
+    Waves,
+    bounds_of,
+    bounds_on_any_course,
+    drawn_waves,
+    easing_of,
+)
 
 DRAUGHT_PER_BEAM = 0.4  # of cargo ships; of boats somewhat less
 STABILITY_PER_BEAM = 0.1  # metacentric height over beam: cargo ships have 0.05 to 0.1, boats 0.1 to 0.2

@@ -6,12 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.scene_file.model.ais import AisModel, TransponderModel
 from radar_service.scene_file.model.body import BodyOfAKind
 from radar_service.scene_file.model.scene import OwnShipModel, SceneModel
-from radar_service.world.ais import Ais, AisSettings, AisShip
-from radar_service.world.body import Body
+from radar_service.world import Ais, AisSettings, AisShip, Body
 
 DEFAULT = TransponderModel()
 FORMS = {  # of numbers, Rec. ITU-R M.585, with an example

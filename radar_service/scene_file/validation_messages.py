@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from radar_service.scene_file.model.scene import scene_schema
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 MAX_PROBLEMS = 20  # in one message; the rest is counted
 MAX_KEYS = 3  # that a message names; docs/scenes.md has all

@@ -11,24 +11,18 @@ import numpy as np
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import near_seed, pulse_scenes
-from radar_service.numerics.frames import effective_earth_radius
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Floats, Profiles, Singles
+from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Profiles, Singles, effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.cost_model import SetUp, first_visibility_update
 from radar_service.plan.culling import cull
 from radar_service.plan.settings_search import fidelity_for
-from radar_service.records.cell_sources import Labels, Powers, SourceList, SourceRequest
-from radar_service.records.fidelity import Fidelity, fidelity_from_name
-from radar_service.records.truth import Crossing
+from radar_service.records import Crossing, Fidelity, Labels, Powers, SourceList, SourceRequest, fidelity_from_name
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from radar_service.sources.numbers import source_numbers
 from radar_service.sources.power_window import PulsePowers, ScanPowers, pulse_powers, scan_powers
 from radar_service.sources.radiometric import RadiometricTruth
-from radar_service.trace.embree import RayCount
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
-from radar_service.world.steering import Steering
+from radar_service.trace import OcclusionScene, RayCount
+from radar_service.world import Scene, Steering
 
 DOCUMENTED = "the fidelity 'documented' has none; choose another fidelity"
 

@@ -10,17 +10,12 @@ from typing import Any
 import numpy as np
 
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Indices
-from radar_service.records.cell_sources import SourceRequest
-from radar_service.records.reports import Readings
-from radar_service.records.spokes import SpokeBlock, regrouped
-from radar_service.records.truth import OwnShipTruth
-from radar_service.scans.sector import Sector
+from radar_service.numerics import BLAS_LIMIT, Floats, Indices
+from radar_service.records import OwnShipTruth, Readings, SourceRequest, SpokeBlock, regrouped
+from radar_service.scans import Sector
 from radar_service.simulation.engine_set_up import SourceTile
 from radar_service.simulation.tile_processes import TileProcesses
-from radar_service.world.commands import Command
-from radar_service.world.steering import Steering
+from radar_service.world import Command, Steering
 
 
 class SpokeStream:

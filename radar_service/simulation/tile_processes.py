@@ -17,15 +17,13 @@ from typing import NamedTuple, NoReturn
 
 import numpy as np
 
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Indices
 from radar_service.processes.channel import CAN_FORK, Channel, first_ready, forked, portable
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.records import SourceRequest
 from radar_service.simulation.engine_set_up import SourceTile, SourceTiles
 from radar_service.simulation.tile_sender import Computed, TileSender
-from radar_service.trace.embree import TREES
-from radar_service.world.commands import Command
-from radar_service.world.steering import Steering, same_at_first
+from radar_service.trace import TREES
+from radar_service.world import Command, Steering, same_at_first
 
 NOBODY = -1  # owns a tile that nobody computes
 LATEST = 0.25  # weight of what a tile took last: a busy machine takes twice as long at times

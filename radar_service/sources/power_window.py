@@ -14,12 +14,9 @@ from radar_service.engine.pipeline import contributions, resting_loss, tile_azim
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import pulse_gain
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Indices, Profiles, Singles
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
-from radar_service.records.cell_sources import PowersOf
+from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, ResultCache, Singles
+from radar_service.receive import receiver_noise_power, square_law
+from radar_service.records import PowersOf
 from radar_service.sources.numbers import NOISE
 from radar_service.sources.rows import RestingField, resting_field, resting_numbers, source_rows
 

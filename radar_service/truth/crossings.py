@@ -6,17 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.frames import polar_from_map, turned, wrap_bearing
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Indices
-from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
+from radar_service.numerics import BLAS_LIMIT, Floats, Indices, polar_from_map, turned, wrap_bearing
+from radar_service.records import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
 from radar_service.stages.points import crossing_search
 from radar_service.stages.registry import changed_pattern, effects_in
 from radar_service.truth.ground_truth import GroundTruth, water_tracks
-from radar_service.world.geo import geographic_from_map
-from radar_service.world.materials import is_land
-from radar_service.world.motion import Pose
-from radar_service.world.steered_motion import PastMotion
+from radar_service.world import PastMotion, Pose, geographic_from_map, is_land
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
 

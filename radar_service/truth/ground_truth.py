@@ -10,26 +10,15 @@ from itertools import pairwise
 
 import numpy as np
 
-from radar_service.echo.second_time_around import apparent_range
-from radar_service.numerics.frames import polar_from_map, wrap_bearing
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
-from radar_service.propagation.radar_equation import radar_two_rays
-from radar_service.radar.parameters import horizon
-from radar_service.records.truth import BodyTruth, Truth
-from radar_service.scattering.models import height_over_horizon, scattering_model
-from radar_service.scattering.surface_sampling import R2, normals_and_areas, points_in_triangles
+from radar_service.echo import apparent_range
+from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Indices, ResultCache, polar_from_map, wrap_bearing
+from radar_service.propagation import ABOVE_LAND, LandBefore, radar_two_rays
+from radar_service.radar import horizon
+from radar_service.records import BodyTruth, Truth
+from radar_service.scattering import R2, height_over_horizon, normals_and_areas, points_in_triangles, scattering_model
 from radar_service.stages.points import observed_offset
-from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
-from radar_service.trace.occluder import beyond_horizon
-from radar_service.world.body import Mesh
-from radar_service.world.geo import geographic_from_map
-from radar_service.world.motion import Pose
-from radar_service.world.poses import pose_at
-from radar_service.world.scene import Scene
-from radar_service.world.stream import through_water
+from radar_service.trace import OcclusionScene, SurfacePoints, beyond_horizon
+from radar_service.world import Mesh, Pose, Scene, geographic_from_map, pose_at, through_water
 
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 VISIBLE = len(REASONS) - 1  # tests that a visible point passes

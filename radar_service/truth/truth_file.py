@@ -15,8 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.records.truth import Crossing, Snapshot
-from radar_service.world.scene import Scene
+from radar_service.records import Crossing, Snapshot
+from radar_service.world import Scene
 
 SCHEMA = 1  # version of these keys
 

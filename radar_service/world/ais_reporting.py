@@ -2,8 +2,7 @@
 
 import math
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.random import generator, name_key
+from radar_service.numerics import KNOT, generator, name_key
 from radar_service.world.ais import AisShip
 
 STATIC = 360.0  # s between static reports

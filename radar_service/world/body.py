@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.frames import map_from_body, turned
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices, map_from_body, turned
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence
 

@@ -6,10 +6,8 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.frames import bearing_text
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import KNOT, Floats, bearing_text
+from radar_service.radar import Radar
 from radar_service.world.seaway import Seaway
 from radar_service.world.stream import NO_STREAM, Stream
 

@@ -12,8 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.constants import GRAVITY
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import GRAVITY, Complexes, Floats
 
 MAX_FROUDE = 0.4  # of the responses; a faster, planing craft has those of this one
 SMALLEST = 1e-12  # below it a phase across the hull, or an encounter frequency over the wave's, counts as so much

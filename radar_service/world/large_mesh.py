@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.world.body import Mesh
 
 MAX_JUDGED, SLICES = 300_000, 16  # triangles that remarks judge, some 3 s of processor time; slices that have as many in all

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.world.motion import Motion
 from radar_service.world.waypoint_arcs import move_along_arc
 

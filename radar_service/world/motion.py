@@ -7,10 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.frames import bearing_text, wrap_bearing
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import KNOT, Flags, Floats, Indices, ResultCache, bearing_text, wrap_bearing
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
 from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
 from radar_service.world.waypoint_arcs import move_along_arc

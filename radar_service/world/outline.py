@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from radar_service.radar.parameters import FIRST_ID, Radar
+from radar_service.radar import FIRST_ID, Radar
 from radar_service.world.ais import Ais
 from radar_service.world.commands import Steerable
 from radar_service.world.error_settings import ErrorSettings

@@ -4,9 +4,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from radar_service.numerics.frames import map_from_deck
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Floats, map_from_deck
+from radar_service.radar import Radar
 from radar_service.world.ais import Ais
 from radar_service.world.environment import Environment
 from radar_service.world.error_settings import ErrorSettings

@@ -6,8 +6,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from radar_service.numerics.frames import body_rotation, map_from_deck, turned, wrap_bearing
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices, body_rotation, map_from_deck, turned, wrap_bearing
 from radar_service.world.body import Body, Mesh
 from radar_service.world.motion import Motion
 from radar_service.world.seaway_motion import SeawayMotion, sways_on_course

@@ -10,12 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.frames import effective_earth_radius
-from radar_service.numerics.random import name_key
-from radar_service.numerics.result_cache import STEADY, Revision
-from radar_service.numerics.types import Flags, Floats
-from radar_service.radar.parameters import FIRST_ID, Radar, horizon, max_rpm
-from radar_service.records.truth import ShipStates
+from radar_service.numerics import STEADY, Flags, Floats, Revision, effective_earth_radius, name_key
+from radar_service.radar import FIRST_ID, Radar, horizon, max_rpm
+from radar_service.records import ShipStates
 from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable

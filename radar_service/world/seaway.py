@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 MAX_SEA_STATE = 9  # 10.1 m
 MIN_WIND_STATE = 0.5  # ripples below have its wind, 1.8 m/s

@@ -13,8 +13,7 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import Complexes, Floats, ResultCache
 from radar_service.world.hull_response import HullForm, response
 from radar_service.world.seaway import Waves
 from radar_service.world.stream import NO_STREAM, Stream

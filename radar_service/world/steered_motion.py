@@ -8,8 +8,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics import KNOT, Flags, Floats
 from radar_service.world.motion import Motion, Pose, in_stream
 from radar_service.world.seaway_motion import EASING
 from radar_service.world.stream import NO_STREAM, Stream, crab_angle

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.result_cache import Revision
+from radar_service.numerics import KNOT, Revision
 from radar_service.world.commands import Command, check_count
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence, SteeredPresence

@@ -6,8 +6,7 @@ the stream.
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats, wrap_bearing
 
 Stream = tuple[float, float]
 NO_STREAM: Stream = (0.0, 0.0)

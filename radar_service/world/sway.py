@@ -6,8 +6,7 @@ from typing import NamedTuple, Protocol, Self
 
 import numpy as np
 
-from radar_service.numerics.frames import map_from_deck
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats, map_from_deck
 
 STEP = 1e-20  # s of the complex step: its square is nothing beside 1, so that the derivative is exact to rounding
 REST = 0.5  # of the rate that a swing reaches: nodes of metal err by up to 0.013 (24 drawn boxes, 25 degrees/s), without by 0.036

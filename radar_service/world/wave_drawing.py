@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from radar_service.numerics.constants import GRAVITY
-from radar_service.numerics.random import SEAWAY, generator
-from radar_service.numerics.types import Floats
+from radar_service.numerics import GRAVITY, SEAWAY, Floats, generator
 from radar_service.world.seaway import Seaway, Waves
 from radar_service.world.stream import NO_STREAM, Stream
 

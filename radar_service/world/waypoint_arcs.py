@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.world.error import SceneError
 
 MIN_CORNER = 1e-9  # rad; a smaller change of course is not a corner

@@ -10,7 +10,7 @@ from radar_service.ports.udp.udp_port import OneRadarPort, Sender, station_of
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 TENTHS = 10  # instants a second: of the fastest sentence
 MAX_LATE = 10 * TENTHS  # instants that are made up for: after a longer leap of time the older ones are left out

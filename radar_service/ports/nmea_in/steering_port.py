@@ -29,10 +29,8 @@ from radar_service.service.radio.command_worker import NoRadarError, TooManyComm
 from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station, Stations
 from radar_service.spoke_source import TellsShips
-from radar_service.terminal.arguments import UsageError
-from radar_service.world.commands import Command, CommandError
-from radar_service.world.geo import map_bearing, map_from_geographic
-from radar_service.world.outline import SceneOutline
+from radar_service.terminal import UsageError
+from radar_service.world import Command, CommandError, SceneOutline, map_bearing, map_from_geographic
 
 SILENCE = 3.0  # s after which another sender may steer, and clocks may have been set back
 DAY = 86_400.0  # s

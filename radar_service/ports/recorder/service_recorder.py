@@ -12,7 +12,7 @@ from typing import IO, NamedTuple, Self
 from radar_service.ports.port import Port
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
 from radar_service.recording.recording_file import RecordingFile, created
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.records import SourceRequest
 from radar_service.service.logs import log_event
 from radar_service.service.spokes import RadarInfo, SpokeBatch, SpokeSink
 

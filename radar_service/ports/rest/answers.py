@@ -23,8 +23,7 @@ from radar_service.service.jobs import RETRY_SECONDS, Busy, Cancelled, Duplicate
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
 from radar_service.service.radio.station import Station
-from radar_service.world.commands import CommandError, NotSteerableError, UnknownBodyError
-from radar_service.world.error import SceneError
+from radar_service.world import CommandError, NotSteerableError, SceneError, UnknownBodyError
 
 Answers = dict[int | str, dict[str, Any]]
 

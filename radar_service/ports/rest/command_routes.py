@@ -8,7 +8,7 @@ from typing import Any
 from fastapi import APIRouter, Request
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics import KNOT
 from radar_service.ports.rest.answers import (
     BUSY,
     CONFLICT,
@@ -24,7 +24,7 @@ from radar_service.ports.rest.schemas import RequestBody
 from radar_service.ports.roles import needs
 from radar_service.service.radio.station import Station
 from radar_service.stages.fields import Flag, Number
-from radar_service.world.commands import Command
+from radar_service.world import Command
 
 READ = {**UNKNOWN, **CONFLICT, **REFUSED}
 CHANGE = {**READ, **UNREADABLE, **BUSY}

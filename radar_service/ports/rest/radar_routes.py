@@ -25,7 +25,7 @@ from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.scene_routes import JobName, not_found
 from radar_service.ports.rest.scene_store import SceneStore, without_folder
 from radar_service.ports.roles import needs
-from radar_service.records.truth import Truth
+from radar_service.records import Truth
 from radar_service.scene_file.error_tables import error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.service.access import told_fields, told_plan
@@ -35,7 +35,7 @@ from radar_service.service.controls import control_definitions
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import state
 from radar_service.service.scene_request import cell_layout
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world import ErrorSettings
 
 PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "the picture"}}
 SCENE_BODY: dict[str, Any] = {

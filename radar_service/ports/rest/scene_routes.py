@@ -19,7 +19,7 @@ from radar_service.ports.rest.scene_store import SceneStore, UploadFolder, check
 from radar_service.ports.roles import needs
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 PIECE = 2**16  # bytes of a form that are read at a time
 

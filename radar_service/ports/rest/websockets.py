@@ -33,7 +33,7 @@ from radar_service.service.radio.station import Station
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.token_bucket import TokenBucket
 from radar_service.strict_json import parsed
-from radar_service.world.commands import CommandError
+from radar_service.world import CommandError
 
 POSES_PATH = "/api/radars/{radar}/poses"
 POSES_PER_SECOND, POSES_AT_ONCE = 200.0, 100.0  # of one client: four bodies at 50 Hz

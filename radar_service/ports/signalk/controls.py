@@ -9,10 +9,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from radar_service.numerics.constants import DISPLAY_RANGES
+from radar_service.numerics import DISPLAY_RANGES
 from radar_service.ports.rest.schemas import checked_change
 from radar_service.service.controls import ControlError
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneOutline
 
 Values = Mapping[str, Any]
 PERCENT = {"minValue": 0, "maxValue": 100, "stepValue": 1}

@@ -7,13 +7,11 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
-from radar_service.scattering.surface_sampling import normals_and_areas
+from radar_service.numerics import Floats
+from radar_service.scattering import normals_and_areas
 from radar_service.scene_file.model.ais import TransponderModel
 from radar_service.scene_file.model.body import BodyModel, BodyOfAKind, HeightMapBodyModel, MeshBodyModel, ShapeBodyModel
-from radar_service.world.body import Mesh
-from radar_service.world.error import SceneError
-from radar_service.world.materials import VESSEL_MATERIALS
+from radar_service.world import VESSEL_MATERIALS, Mesh, SceneError
 
 MISSING = "without data become sea"  # how the finding of a height map with holes ends, see readers.raster
 OPEN = "not watertight"  # how the finding of a surface with open edges begins, see readers.mesh

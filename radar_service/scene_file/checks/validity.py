@@ -7,19 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.types import Floats, Indices
-from radar_service.radar.folding import least_chirp_error_db, remedies
-from radar_service.radar.parameters import Radar
-from radar_service.radar.waveform import pulse_doppler_shift
-from radar_service.scattering.reflector_patterns import highest_rcs
-from radar_service.world.body import Body
-from radar_service.world.error import SceneError
-from radar_service.world.materials import is_land
-from radar_service.world.motion import Motion
-from radar_service.world.platform import Platform
-from radar_service.world.poses import pose_at
-from radar_service.world.scene import World
+from radar_service.numerics import KNOT, Floats, Indices
+from radar_service.radar import Radar, least_chirp_error_db, pulse_doppler_shift, remedies
+from radar_service.scattering import highest_rcs
+from radar_service.world import Body, Motion, Platform, SceneError, World, is_land, pose_at
 
 MAX_CHIRP_ERROR_DB = -40.0  # of the field, what the samples fold: the default error budget
 MAX_STATIC_EXTENT = 150_000.0  # m between bodies at rest: above, visibility is wrong on 1 % of a 1 m body's surface

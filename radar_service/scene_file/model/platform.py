@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Discriminator, Field, Tag
 
-from radar_service.radar.parameters import FIRST_ID
+from radar_service.radar import FIRST_ID
 from radar_service.scene_file.model.radar import RadarModel
 from radar_service.stages.fields import Bearing, EastNorth, Latitude, Longitude, Section, with_keys
 from radar_service.stages.registry import effects

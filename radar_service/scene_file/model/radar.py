@@ -6,11 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import Field, ModelWrapValidatorHandler, model_validator
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.radar.antenna import AntennaPattern, grid_rows
-from radar_service.radar.parameters import max_rpm
-from radar_service.radar.patterns import PATTERNS, Table, Taylor
-from radar_service.radar.sets import radar_sets
+from radar_service.numerics import SPEED_OF_LIGHT
+from radar_service.radar import PATTERNS, AntennaPattern, Table, Taylor, grid_rows, max_rpm, radar_sets
 from radar_service.scene_file.model.errors import RadarErrorsModel
 from radar_service.stages.fields import Bearing, Flag, Number, Section, Whole
 from radar_service.stages.registry import effects, given_keys

@@ -12,16 +12,13 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers.formats import examples
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.raster import Raster, raster_from_bytes
 from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT
-from radar_service.world.body import Mesh
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin, map_from_geographic
+from radar_service.world import Mesh, Origin, SceneError, map_from_geographic
 
 SEA_BED = -1.0  # m, height of samples without data: land beside them ends at the sea
 SKIRT_FOOT = -1.0  # m, height of the lower end of skirts: below the sea, so that nothing shows between them and it

@@ -6,8 +6,7 @@ from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
 from radar_service.scene_file.readers.file_format import (
     Faces,
     FileBody,
@@ -17,9 +16,7 @@ from radar_service.scene_file.readers.file_format import (
     refusals,
 )
 from radar_service.scene_file.readers.formats import examples, format_of
-from radar_service.world.body import Mesh
-from radar_service.world.error import SceneError
-from radar_service.world.large_mesh import row_marks
+from radar_service.world import Mesh, SceneError, row_marks
 
 FLAT = (
     1e-3  # m, of a piece off its plane: two pieces so flat are within 2 mm, where neither shadows the other (trace.occluder)

@@ -6,11 +6,8 @@ import math
 
 import numpy as np
 
-from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.numerics.types import Floats
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin, map_from_geographic
-from radar_service.world.motion import Motion, segment_headings
+from radar_service.numerics import MAX_COORDINATE, Floats
+from radar_service.world import Motion, Origin, SceneError, map_from_geographic, segment_headings
 
 MAX_TRACK_BYTES = 50 * 2**20
 MAX_TRACK_ROWS = 1_000_000

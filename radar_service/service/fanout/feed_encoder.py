@@ -11,8 +11,8 @@ from functools import reduce
 from operator import or_
 from typing import Any
 
-from radar_service.numerics.types import Floats
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.numerics import Floats
+from radar_service.records import SourceRequest
 from radar_service.service.codecs.codec import CODECS
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import Mode, View

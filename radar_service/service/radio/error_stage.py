@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.records.reports import Readings
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import OwnShipTruth
+from radar_service.numerics import Floats, Indices, Singles
+from radar_service.records import OwnShipTruth, Readings, SpokeBlock
 from radar_service.scene_file.model.errors import MAX_LATENCY_S
 from radar_service.service.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo, TruthLine
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world import ErrorSettings
 
 NEVER = -1
 

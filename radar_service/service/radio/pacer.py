@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.service.radio.group_clock import GroupClock
 from radar_service.service.radio.pacing import Schedule
 from radar_service.service.settings import Pace, Settings

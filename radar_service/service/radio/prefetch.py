@@ -7,11 +7,10 @@ from collections.abc import Iterable
 from time import monotonic
 
 from radar_service.processes.limits import return_free_memory
-from radar_service.records.cell_sources import SourceRequest
-from radar_service.records.spokes import SpokeBlock
+from radar_service.records import SourceRequest, SpokeBlock
 from radar_service.service.scene_request import SceneSpokeSource
 from radar_service.spoke_source import Commanded, TellsSources
-from radar_service.world.commands import Command, CommandLog
+from radar_service.world import Command, CommandLog
 
 AZIMUTHS_AHEAD = 128  # under half a second at 24 rpm and 720 azimuths: covers a slow block, and a new scene is not late
 BYTES_AHEAD = 32 * 2**20  # of wide spokes

@@ -13,15 +13,13 @@ from radar_service.processes.call import Progress
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
 from radar_service.processes.limits import MachineBusyError, default_memory, machine_busy, processor_time_of
-from radar_service.records.cell_sources import PowersOf, SourceRequest
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import ShipStates, Truth
+from radar_service.records import PowersOf, ShipStates, SourceRequest, SpokeBlock, Truth
 from radar_service.service.radio.plan_child import MeasuredPlan
 from radar_service.service.radio.prefetch import PREPARE_TIMEOUT, BusyFault, SpokeSourceFault
 from radar_service.service.radio.spare import RUN, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest
 from radar_service.spoke_source import Commanded, SpokeSourceInfo, TellsShips, TellsSources, TruthLine
-from radar_service.world.commands import Command
+from radar_service.world import Command
 
 TRUTH_TIMEOUT = 10.0  # s
 SPARE_TIMEOUT = 5.0  # s that a process may take to make its spare; it takes milliseconds

@@ -16,11 +16,11 @@ from functools import partial
 from time import monotonic
 from typing import Any, NoReturn
 
-from radar_service.numerics.parallel import BLAS_LIMIT
+from radar_service.numerics import BLAS_LIMIT
 from radar_service.processes.channel import CAN_FORK, Channel, portable
 from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
-from radar_service.radar.parameters import Radar
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.radar import Radar
+from radar_service.records import SourceRequest
 from radar_service.scene_file.document import model_and_folder, model_at_range
 from radar_service.scene_file.load import scene_from_model
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
@@ -29,9 +29,7 @@ from radar_service.service.radio.plan_child import MeasuredPlan, PlanChild
 from radar_service.service.radio.spare import Spares, SpareTakesOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.commands import Command
-from radar_service.world.error import SceneError
-from radar_service.world.scene import Scene, scene_at_rpm
+from radar_service.world import Command, Scene, SceneError, scene_at_rpm
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 

@@ -12,8 +12,7 @@ from datetime import datetime
 from functools import partial
 from typing import Any
 
-from radar_service.records.cell_sources import SourceRequest
-from radar_service.records.truth import Truth
+from radar_service.records import SourceRequest, Truth
 from radar_service.service.controls import changed_request, changed_settings, controls_state, needs_new_spoke_source
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.feed_encoder import FeedEncoder
@@ -32,8 +31,7 @@ from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, S
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeSink
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.error import SceneError
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneError, SceneOutline
 
 NOTHING = SourceRequest()
 STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops

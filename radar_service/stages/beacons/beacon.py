@@ -10,9 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Flags, Floats
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import SPEED_OF_LIGHT, Flags, Floats
+from radar_service.radar import Radar
 
 X_BAND, S_BAND = (9.3e9, 9.5e9), (2.9e9, 3.1e9)  # Hz, of marine radars
 SART_BAND = (9.2e9, 9.5e9)  # Hz, that a SART sweeps over

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import SPEED_OF_LIGHT
+from radar_service.radar import Radar
 from radar_service.stages.beacons.beacon import (
     DOT_SPACING,
     S_BAND,
@@ -21,8 +21,7 @@ from radar_service.stages.beacons.beacon import (
 )
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Number, Section, record_of
-from radar_service.world.body import Body, Mesh
-from radar_service.world.platform import Installation
+from radar_service.world import Body, Installation, Mesh
 
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
 Part = Annotated[float, Field(strict=True, ge=-1000, le=1000)]  # m
@@ -120,7 +119,7 @@ def _offset(model: BeaconSection, mesh: Mesh | None) -> tuple[float, float, floa
 
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 MAX_MULTIPATH = 2.0  # of the field, direct and reflected ray in phase: a pulse triggers as much farther
 

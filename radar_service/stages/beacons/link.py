@@ -7,18 +7,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.frames import effective_earth_radius, polar_from_map, turned, wrap_angle
-from radar_service.numerics.types import Flags, Floats
-from radar_service.propagation.diffraction import diffraction_height
-from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, local_attenuation, radar_two_rays
+from radar_service.numerics import SPEED_OF_LIGHT, Flags, Floats, effective_earth_radius, polar_from_map, turned, wrap_angle
+from radar_service.propagation import LandBefore, diffraction_height, elevation_gain, local_attenuation, radar_two_rays
+from radar_service.propagation.radar_equation import attenuation
 from radar_service.stages.beacons.beacon import Beacon
 from radar_service.stages.points import in_sight
 from radar_service.stages.registry import changed_pattern
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.environment import SightLines
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene, SightLines
 
 
 @dataclass(frozen=True)

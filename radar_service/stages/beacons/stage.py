@@ -11,20 +11,17 @@ from typing import Self
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.random import generator, name_key
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.radar.waveform import chirp_spectrum
-from radar_service.receive.compression import receiver_noise_power, waveform_spectra
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Flags, Floats, Indices, generator, name_key
+from radar_service.radar import chirp_spectrum
+from radar_service.receive import receiver_noise_power, waveform_spectra
+from radar_service.records import Fidelity, PlanItem
 from radar_service.stages.beacons.beacon import DOT_SPACING, BeaconTruth, Pulses, Racon, Sart
 from radar_service.stages.beacons.effect import BeaconEffect
 from radar_service.stages.beacons.link import BeaconLink
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.stage import Context, Stage, Tile
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene
 
 PURPOSE = 26  # the first key of the random phases of answers
 MIN_ANSWER_TO_NOISE = 1e-3  # weaker answers are not added

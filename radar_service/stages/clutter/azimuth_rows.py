@@ -9,8 +9,7 @@ import numpy as np
 import scipy.fft
 from numpy.typing import NDArray
 
-from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
-from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
+from radar_service.numerics import STEADY, Flags, Floats, Gain, Indices, ResultCache, Revision, Singles
 
 Rows = NDArray[Any]
 MakeRows = Callable[[int, int, int], Rows]

@@ -10,11 +10,10 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
-from radar_service.propagation.radar_equation import elevation_gain
-from radar_service.radar.parameters import horizon
-from radar_service.receive.compression import Compression, receiver_noise_power
-from radar_service.receive.detection import square_law
+from radar_service.numerics import Flags, Floats, Gain, Indices, Singles
+from radar_service.propagation import elevation_gain
+from radar_service.radar import horizon
+from radar_service.receive import Compression, receiver_noise_power, square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
 from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA
 from radar_service.stages.clutter.rain_cell import RainCells
@@ -32,8 +31,8 @@ from radar_service.stages.clutter.sea import speckle_time, wind_factor
 from radar_service.stages.clutter.sea_clutter import Sea, prepare_sea, sea_power
 from radar_service.stages.clutter.texture import SpeckleRows
 from radar_service.stages.stage import RandomField
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene
 
 WATER_FACTOR = 0.93  # |K|^2 of liquid water from 0 to 20 C at 3 to 10 cm (Gunn and East 1954)
 RAIN_HEIGHT = 3000.0  # m above the sea: rain begins where snow melts, 0.36 km above 0 C in Rec. P.839; a temperate autumn

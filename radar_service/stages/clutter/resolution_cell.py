@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Gain, Indices, Profiles
-from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import Compression
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats, Gain, Indices, Profiles
+from radar_service.propagation import attenuation_amplitude, rain_db_per_km, received_amplitude
+from radar_service.radar import Radar
+from radar_service.receive import Compression
+from radar_service.world import Scene
 
 MIN_CLUTTER_TO_NOISE = 10.0**-1.5  # weaker clutter is not added: it would raise the noise by less than 0.14 dB
 TWO_WAY_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond

@@ -6,14 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, ResultCache, Singles, wrap_angle
 from radar_service.stages.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
 from radar_service.stages.clutter.sea import wind_factor
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.shadow_sectors import ShadowSectors
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene, ShadowSectors
+from radar_service.world import Scene
 
 KEPT_SCANS = 3  # whose shadow sweeps are kept
 SWEEP_STEP = 2.0  # s between the poses from which a moving body's sweep is taken

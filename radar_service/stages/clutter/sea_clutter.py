@@ -8,9 +8,9 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from radar_service.numerics.types import Complexes, Floats, Gain, Indices, Singles
-from radar_service.propagation.radar_equation import elevation_gain
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Complexes, Floats, Gain, Indices, Singles
+from radar_service.propagation import elevation_gain
+from radar_service.radar import Radar
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
 from radar_service.stages.clutter.effect import TEXTURE_SHAPE
 from radar_service.stages.clutter.resolution_cell import TWO_WAY_EXTENT, ResolutionCell, two_way_gain, unit_power
@@ -25,10 +25,8 @@ from radar_service.stages.clutter.sea import (
 from radar_service.stages.clutter.sea_cells import SeaCells, sea_point
 from radar_service.stages.clutter.texture import TextureLaw, TextureTable, gaussian_correlation
 from radar_service.stages.clutter.texture_rows import TextureGrid, TextureRows, outward_units
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
-from radar_service.world.seaway import Waves
-from radar_service.world.wave_drawing import drawn_waves
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene, Waves, drawn_waves
 
 RUN = 32  # columns whose phases are those of their first one and of the place in the run
 BEARINGS, DISTANCES = 180, 24  # at which the variance of the beam's sum is known; it is linear between them

@@ -19,9 +19,7 @@ import numpy as np
 import scipy.fft
 from numpy.lib.stride_tricks import as_strided
 
-from radar_service.numerics.random import TEXTURE, generator, normals
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import TEXTURE, Flags, Floats, Indices, ResultCache, Singles, generator, normals
 from radar_service.stages.clutter.azimuth_rows import BLOCK
 from radar_service.stages.clutter.texture import TextureGains, TextureLaw
 

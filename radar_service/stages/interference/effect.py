@@ -11,7 +11,7 @@ from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Bearing, EastNorth, Number, Section, record_of
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 MAX_INTERFERERS = 100
 

@@ -6,15 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field
 
-from radar_service.radar.antenna import AntennaPattern
-from radar_service.radar.aperture import Aperture, aperture_of
-from radar_service.radar.patterns import PATTERNS, line_source
+from radar_service.radar import PATTERNS, AntennaPattern, Aperture, aperture_of, line_source
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Bearing, Number, Section
 from radar_service.stages.structures.structure import Structure
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 MAX_DISTANCE = 300.0  # m: the longest ships are 400 m
 

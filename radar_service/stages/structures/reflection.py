@@ -15,22 +15,24 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.beam_passage import BeamPassages
-from radar_service.echo.beam_paths import Beam, Sights, false_echoes
-from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
-from radar_service.echo.visibility import Visibility
-from radar_service.numerics.frames import effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Complexes, Flags, Floats
-from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.radar_equation import radar_two_rays, two_way_phase
-from radar_service.radar.aperture import Aperture, aperture_of
-from radar_service.radar.parameters import Radar
-from radar_service.scattering.model import DIRECT, BodyEchoes
+from radar_service.echo import (
+    AzimuthTimes,
+    Beam,
+    BeamPassages,
+    BeamWeightedEchoes,
+    ObservedEchoes,
+    Sights,
+    Visibility,
+    concatenated,
+    false_echoes,
+)
+from radar_service.numerics import Complexes, Flags, Floats, ResultCache, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.propagation import LandBefore, radar_two_rays, two_way_phase
+from radar_service.radar import Aperture, Radar, aperture_of
+from radar_service.scattering import DIRECT, BodyEchoes
 from radar_service.stages.structures.structure import Structure, fresnel_integral, fresnel_unit, half_plane
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene
 
 STEPS_PER_UNIT = 50  # of the table of the near field across the beam, in a Fresnel unit
 NEAREST, WHOLE = np.radians(15.0), np.radians(30.0)  # from its bearing: nearer, what creeps along it is part of its shadow

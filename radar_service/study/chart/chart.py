@@ -13,8 +13,8 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.batch.jobs import Executor, Job, run
+from radar_service.numerics import Floats
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.numerics.types import Floats
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure, summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
@@ -24,9 +24,8 @@ from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.scattering_panel import MODELS, scattering_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.plotting import png_bytes, svg_text
-from radar_service.terminal.output_files import write_file
-from radar_service.world.error import SceneError
-from radar_service.world.scene import Scene
+from radar_service.terminal import write_file
+from radar_service.world import Scene, SceneError
 
 Result = TypeVar("Result")
 PanelResult = tuple[list[Point], dict[str, Any]]  # its points, and facts for chart.json
