@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from radar_service.believed.run import Figure, Measurement, Run, Table
+from radar_service.bench import load_scenario
 from radar_service.bench.bench import bench
 from radar_service.bench.run import threshold_of
-from radar_service.bench.scenario import PlotSettings, load_scenario
+from radar_service.bench.scenario import PlotSettings
 from radar_service.numerics import Floats
 from radar_service.plots import PlotExtractor, labelled_plots
 from radar_service.scene_file.document import packaged_folder

@@ -6,11 +6,11 @@ from functools import partial
 from pathlib import Path
 
 from radar_service.batch.jobs import JobsFailed
+from radar_service.bench import ScenarioError
 from radar_service.bench.ladder.climb import REFERENCE, climb, names_of
 from radar_service.bench.ladder.ranking import seeds_needed
 from radar_service.bench.ladder.report import text_of, write_ladders
 from radar_service.bench.ladder.series import ladders, load_ladder
-from radar_service.bench.scenario import ScenarioError
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.shared_options import add_jobs, executor_of

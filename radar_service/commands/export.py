@@ -12,7 +12,7 @@ from radar_service.terminal import UsageError, add_overwrite, file_ending, prepa
 if TYPE_CHECKING:
     from radar_service.numerics import Singles
     from radar_service.ports.udp.capture import Capture
-    from radar_service.recording.recording import Recording
+    from radar_service.recording import Recording
     from radar_service.service.spokes import SpokeSink
 
 
@@ -40,9 +40,8 @@ def run(options: argparse.Namespace) -> int:
     if not options.recording.is_file():
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
     from radar_service.ports.udp.capture import Capture
+    from radar_service.recording import Recording, RecordingError
     from radar_service.recording.chunk_table import ChunkTable, recorded_radars
-    from radar_service.recording.error import RecordingError
-    from radar_service.recording.recording import Recording
 
     radars = recorded_radars(ChunkTable(options.recording))
     radar = options.radar or next(iter(radars), "0")

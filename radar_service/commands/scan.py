@@ -15,8 +15,7 @@ from radar_service.display.last_scan import last_scan_png
 from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
 from radar_service.display.video import Controls, layout
 from radar_service.records import SpokeBlock
-from radar_service.scans import Scan, exporter, save_scans, scan_of
-from radar_service.scans.file import SUFFIX
+from radar_service.scans import SUFFIX, Scan, exporter, save_scans, scan_of
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal import (

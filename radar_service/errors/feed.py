@@ -144,11 +144,8 @@ class FeedArranger:
             stuck.field[k], stuck.power[k] = old.field[0], old.power[0]
             if stuck.labels is not None:
                 stuck.labels[k] = UNKNOWN if old.labels is None else old.labels[0]
-            stuck = (
-                stuck
-                if stuck.powers is None
-                else replace(stuck, powers=_with_old_powers(stuck.powers, old.powers, k, stuck.power.shape))
-            )
+            if stuck.powers is not None:
+                stuck = replace(stuck, powers=_with_old_powers(stuck.powers, old.powers, k, stuck.power.shape))
         return stuck
 
 

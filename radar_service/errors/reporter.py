@@ -20,6 +20,7 @@ from radar_service.records import FeedErrorCounts, OwnShipTruth, ReportedOwnShip
 from radar_service.world import NO_STREAM, ErrorSettings, Stream
 
 MAX_CHANGES = 1000  # that are remembered: the errors of older spokes count as those of the oldest change
+NONE: Any = np.array(None)
 ONLY_RADAR = "0"  # id of a radar that is alone, whose random numbers need no key
 
 
@@ -131,13 +132,9 @@ class ErrorReporter:
             true = earlier(number := np.array(numbers))
             there = self._sensor_laws(errors).reported(number, self._radar.schedule(number)[1], true, earlier)
             offset, lost = np.pad(there.position - true.position, ((0, 0), (0, 1))), np.isnan(there.heading)
-            none: Any = np.array(None)
-            heading = np.where(
-                lost, none, wrap_bearing([each.heading for each in some] + wrap_angle(there.heading - true.heading))
-            )
-            course = np.where(
-                lost, none, wrap_bearing([each.course for each in some] + wrap_angle(there.course - true.course))
-            )
+            turned = wrap_bearing([each.heading for each in some] + wrap_angle(there.heading - true.heading))
+            course_turned = wrap_bearing([each.course for each in some] + wrap_angle(there.course - true.course))
+            heading, course = (np.where(lost, NONE, angles) for angles in (turned, course_turned))
             error = wrap_angle(there.azimuth - (true.azimuth - np.where(lost, true.heading, 0.0)))
             position = ([each.position for each in some] + offset).tolist()
             speed = [each.speed for each in some] + (there.speed - true.speed)
@@ -169,6 +166,5 @@ class ErrorReporter:
 
     def _stuck_from(self, number: int) -> int:
         """Number of the first spoke from which on the stuck sector that is in force at a spoke has not changed."""
-        return max(
-            self._first, self._timeline.since(number, lambda errors: errors and errors.feed and errors.feed.stuck_sector)
-        )
+        since = self._timeline.since(number, lambda errors: errors and errors.feed and errors.feed.stuck_sector)
+        return max(self._first, since)

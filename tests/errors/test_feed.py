@@ -68,11 +68,8 @@ def test_decisions_depend_on_seed_radar_and_number_alone() -> None:
         np.testing.assert_array_equal(value, expected[123:223])
     for other in (law(seed=4, drop_rate=0.3), law(key=9, drop_rate=0.3)):
         assert (other.decisions(0, 500).dropped != one.dropped).any()
-
-
-def test_more_errors_hit_the_same_spokes_and_others() -> None:
-    few, many = (law(drop_rate=rate).decisions(0, 500).dropped for rate in (0.1, 0.3))
-    assert (many[few]).all() and many.sum() > few.sum()
+    few = law(drop_rate=0.1).decisions(0, 500).dropped  # more errors hit the same spokes, and others
+    assert one.dropped[few].all() and one.dropped.sum() > few.sum()
 
 
 def test_dropped_spokes_are_not_sent() -> None:
@@ -151,6 +148,7 @@ def test_a_stuck_sector_keeps_the_echoes_of_its_first_scan() -> None:
     rules, arranger = law(stuck_sector_deg=[80, 100]), FeedArranger(RADAR)
     stuck = rules.decisions(0, AZIMUTHS).in_stuck_sector
     assert stuck.sum() == 3  # 84.4, 90 and 95.6 degrees
+    assert law(stuck_sector_deg=[350, 10]).decisions(0, AZIMUTHS).in_stuck_sector.nonzero()[0].tolist() == [0, 1, 63]
     for block in blocks(3, 16):
         for part in arranger.arranged(block, rules):
             index = part.index + np.arange(len(part))
@@ -163,10 +161,6 @@ def test_a_stuck_sector_keeps_the_echoes_of_its_first_scan() -> None:
     np.testing.assert_array_equal(fresh.power[:, 0], 3 * AZIMUTHS + np.arange(AZIMUTHS))
     again = arranger.arranged(blocks(1, AZIMUTHS, 4)[0], rules)[0]
     np.testing.assert_array_equal(again.power[:, 0], 4 * AZIMUTHS + np.arange(AZIMUTHS))
-
-
-def test_a_sector_across_north_is_one_sector() -> None:
-    assert law(stuck_sector_deg=[350, 10]).decisions(0, AZIMUTHS).in_stuck_sector.nonzero()[0].tolist() == [0, 1, 63]
 
 
 def test_counts_say_what_happened_to_the_spokes() -> None:

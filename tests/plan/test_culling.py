@@ -24,13 +24,9 @@ def reasons(made: rs.Scene, error_db: float = 0.5) -> dict[str, str]:
     return {made.bodies[key].name: culled.reason for key, culled in bodies.items()}
 
 
-def test_the_horizon_by_hand() -> None:
-    """15 and 10 m: 4.12 (sqrt 15 + sqrt 10) = 28.99 km."""
-    assert scene().horizon(10.0) == pytest.approx(28_990, abs=10)
-
-
 @pytest.mark.parametrize(("height", "distance", "gone"), [(10, 28_900, False), (10, 29_100, True), (100, 29_100, False)])
 def test_bodies_beyond_the_horizon(height: float, distance: float, gone: bool) -> None:
+    """15 and 10 m: 4.12 (sqrt 15 + sqrt 10) = 28.99 km."""
     made = scene([point("t", 0, distance, height)], radar=LOW | {"range_max_m": 60_000, "sample_rate_hz": 55e6})
     assert ("t" in reasons(made)) == gone
     assert (rs.Simulator(made, "balanced").scan().power.max() == 0.0) == gone

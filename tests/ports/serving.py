@@ -13,6 +13,7 @@ from fastapi import FastAPI
 
 from radar_service.ports.http.server import Requests, Server, configuration, listening_socket
 from radar_service.service.radio.station import Station, Stations
+from tests.processes.test_fork_server import until
 
 
 class Turns:
@@ -42,9 +43,9 @@ def served(
 
     requests: those of the application; limits: as `configuration` takes them.
     """
-    listener, begun = listening_socket("127.0.0.1", 0), threading.Event()
+    listener = listening_socket("127.0.0.1", 0)
     host, port = listener.getsockname()[:2]
-    server = Server(configuration(app, **limits), Stations(stations).stop, begun.set, requests or Requests())
+    server = Server(configuration(app, **limits), Stations(stations).stop, requests or Requests())
 
     async def serve() -> None:
         watching = asyncio.create_task((turns or Turns()).watch())
@@ -59,7 +60,7 @@ def served(
         gc.disable()
     thread.start()
     try:
-        assert begun.wait(60)
+        until(lambda: server.started)
         yield str(host), int(port)
     finally:
         server.should_exit = True

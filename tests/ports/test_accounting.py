@@ -26,7 +26,8 @@ from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeBatch
 from radar_service.world.scene import Scene
 from tests.ports.asgi import Closed, Server, Socket, running
-from tests.service.fake import AZIMUTHS, FakeEngine, factory, made_by, scene
+from tests.ports.playing import station as paused
+from tests.service.fake import AZIMUTHS, FakeEngine, made_by, scene
 from tests.service.fanout.batches import spokes
 
 
@@ -221,9 +222,8 @@ class Slow(FakeEngine):
         return super().truth(t)
 
 
-def station(**options: Any) -> Station:
-    engine, make = options.pop("engine", FakeEngine(scene())), options.pop("make", factory())
-    return Station("0", engine, make, settings=Settings(pace=Pace("pause", math.inf)), allow_truth=True, **options)
+def station(engine: FakeEngine | None = None, **options: Any) -> Station:
+    return paused(engine, settings=Settings(pace=Pace("pause", math.inf)), allow_truth=True, **options)
 
 
 async def follow(socket: Socket, account: Account, reads: asyncio.Event) -> None:

@@ -37,6 +37,7 @@ async def test_a_port_that_overrides_nothing_does_nothing() -> None:
     assert host.sources == SourceRequest() and host.sinks("0") == []
     async with running(create_app([station(settings=Settings(), wait_for=1)], host)) as server:
         assert (await (await server.feed()).spokes(5))[0]["first"] == 0
+        assert (await server.http.get("/api/radars")).status_code == 404  # where REST does not take part
     bare.close()
     thread = host.threads[bare]
     assert (thread.name, thread.faults, thread.dropped) == ("bare", 0, 0)
@@ -51,7 +52,9 @@ def answer(app: ASGIApp, path: str) -> tuple[int, bytes]:
         async def send(message: Any) -> None:
             sent.append(message)
 
-        shaped = RefusalShapesMiddleware(app, {"/other": lambda status, reason: {"code": status, "why": reason}})
+        shaped = RefusalShapesMiddleware(
+            app, {"/other": lambda status, reason: (status + 1, {"code": status, "why": reason})}
+        )
         await shaped({"type": "http", "path": path}, None, send)  # type: ignore[arg-type]
 
     asyncio.run(whole())
@@ -63,7 +66,7 @@ def answer(app: ASGIApp, path: str) -> tuple[int, bytes]:
 @pytest.mark.parametrize(("detail", "reason"), [(["a", "b"], "a; b"), ("Not Found", "Not Found"), ([], "")])
 def test_a_refusal_is_written_anew(detail: Any, reason: str) -> None:
     status, body = answer(JSONResponse({"detail": detail}, 404), "/other/x")
-    assert status == 404 and json.loads(body) == {"code": 404, "why": reason}
+    assert status == 405 and json.loads(body) == {"code": 404, "why": reason}
 
 
 @pytest.mark.parametrize("path", ["/otherwise", "/", "/api/other"])

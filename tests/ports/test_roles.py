@@ -1,9 +1,7 @@
 """Each route says which role it needs, and one that does not stops the start."""
 
-import asyncio
 from typing import Any
 
-import fastapi.routing
 import pytest
 from fastapi import APIRouter, FastAPI
 from starlette.applications import Starlette
@@ -12,12 +10,7 @@ from starlette.routing import Host, Route
 from starlette.staticfiles import StaticFiles
 
 from radar_service.ports.app import create_app
-from radar_service.ports.port import Port, Service
-from radar_service.ports.port_host import PortHost
-from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.roles import Roles, UndeclaredRoleError, needs
-from radar_service.service.access import Access
-from tests.ports.asgi import running
 from tests.ports.playing import station
 
 
@@ -118,30 +111,3 @@ def test_an_endpoint_that_is_a_class_takes_every_method() -> None:
 def test_a_route_of_an_unknown_kind_stops_the_start() -> None:
     with pytest.raises(UndeclaredRoleError, match="does not declare"):
         Roles([Host("elsewhere", Starlette())])
-
-
-def test_routes_that_come_with_the_start_of_a_port_need_a_role_too() -> None:
-    class Late(Port):
-        name = "late"
-
-        def __init__(self, role: Any) -> None:
-            self._router, self._role = APIRouter(), role
-
-        def routes(self, service: Service) -> list[APIRouter]:
-            return [self._router]
-
-        async def start(self, service: Service) -> None:
-            self._router.add_api_route("/late", endpoint() if self._role is None else needs(self._role)(answering))
-
-    async def answering() -> dict[str, bool]:
-        return {"yes": True}
-
-    async def whole(role: Any) -> int:
-        access = Access("command-" * 3)
-        async with running(create_app([station()], PortHost((RestPort(), Late(role))), access=access)) as server:
-            return int((await server.http.get("/late")).status_code)
-
-    assert asyncio.run(whole("command")) == (401 if hasattr(fastapi.routing, "iter_route_contexts") else 404)
-    if hasattr(fastapi.routing, "iter_route_contexts"):  # older frameworks take up no late routes
-        with pytest.raises(UndeclaredRoleError, match="^/late"):
-            asyncio.run(whole(None))

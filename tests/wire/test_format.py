@@ -66,12 +66,12 @@ def test_samples_are_little_endian_rows() -> None:
 @pytest.mark.parametrize(
     ("data", "compression"),
     [
-        (b"rubbish", "zstd"), (b"rubbish", "deflate"), ("100 MB", "deflate"), ("100 MB", "zstd"),
+        (b"rubbish", "zstd"), (b"rubbish", "deflate"), ("10 MB", "deflate"), ("10 MB", "zstd"),
         (zstandard.compress(b"short"), "zstd"), (bytes(12), "brotli"), (b"", "zstd"),
     ],
 )  # fmt: skip
 def test_packed_samples_that_are_too_many_or_nonsense_are_refused(data: bytes | str, compression: str) -> None:
-    if isinstance(data, str):  # made here, because that takes half a second
-        data = {"deflate": zlib.compress, "zstd": zstandard.compress}[compression](bytes(10**8), 9)
+    if isinstance(data, str):
+        data = {"deflate": zlib.compress, "zstd": zstandard.compress}[compression](bytes(10**7), 9)
     with pytest.raises(ValueError, match="^(data|compression): "):
         wire.samples(message(0, 0, 1) | {"data": data, "compression": compression})

@@ -1,8 +1,6 @@
 """The port of NMEA in: sentences of another simulator become poses of own ship, one command at a time.
 
 The helm: the first sender holds it until that is silent.
-
-The helm: the first sender holds it until that is silent.
 """
 
 import asyncio

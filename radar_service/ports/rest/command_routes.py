@@ -16,6 +16,7 @@ from radar_service.ports.rest.answers import (
     REFUSED,
     UNKNOWN,
     UNREADABLE,
+    api_router,
     check_knows_truth,
     station_of,
 )
@@ -73,7 +74,7 @@ class SteerableState(BaseModel):
 
 def command_routes(stations: Mapping[str, Station]) -> APIRouter:
     """Returns the routes of what may be steered."""
-    router = APIRouter(tags=["commands"], route_class=StrictRoute)
+    router = api_router("commands", StrictRoute)
 
     @router.get("/radars/{radar}/own-ship", responses={**READ, **FORBIDDEN})
     @needs("read")

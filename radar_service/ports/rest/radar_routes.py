@@ -16,6 +16,7 @@ from radar_service.ports.rest.answers import (
     STORED,
     UNKNOWN,
     UNREADABLE,
+    api_router,
     check_knows_truth,
     knows_truth,
     station_of,
@@ -45,7 +46,7 @@ SCENE_BODY: dict[str, Any] = {
 
 def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader, pictures: Pictures) -> APIRouter:
     """Returns the routes under /radars."""
-    router = APIRouter(tags=["radars"], route_class=StrictRoute)
+    router = api_router("radars", StrictRoute)
     _add_read_routes(router, stations, pictures)
     _add_changing(router, stations, store, reader)
     _add_errors(router, stations)

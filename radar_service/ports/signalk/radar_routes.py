@@ -12,7 +12,7 @@ from radar_service.ports.http.security import ROLE
 from radar_service.ports.port import Service
 from radar_service.ports.rest.bodies import parsed_body
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import SignalKRoute, answered, problem
+from radar_service.ports.signalk.answers import answered
 from radar_service.ports.signalk.codec import RadarShape, SignalKCodec
 from radar_service.ports.signalk.controls import control_of, own_change
 from radar_service.ports.signalk.radars import VERSION, Radars, capabilities, control_values, listed
@@ -30,7 +30,7 @@ Targets = Callable[[str], Sequence[Any]]  # those of a radar, by its id in the A
 
 def radar_routes(service: Service, radars: Radars, targets: Targets | None = None) -> APIRouter:
     """Returns the routes under /signalk, but for the stream. targets: None where none are told."""
-    router = APIRouter(tags=["signalk"], route_class=SignalKRoute, include_in_schema=False)
+    router = APIRouter(tags=["signalk"], include_in_schema=False)
     _add_lists(router, radars)
     _add_controls(router, radars)
     _add_targets(router, radars, targets)
@@ -120,7 +120,7 @@ def _add_controls(router: APIRouter, radars: Radars) -> None:
             try:
                 await changed(station, name, requested[name])
             except ControlError as error:
-                failures.append(problem(error)[1])
+                failures.append(str(error))
         return answered(400, "; ".join(failures)) if failures else answered(200)
 
 
@@ -154,7 +154,7 @@ def _add_spokes(router: APIRouter, service: Service, radars: Radars) -> None:
 
 
 async def changed(station: Station, control: str, given: Any) -> None:
-    """Changes a control of a radar by its id in the API. Raises UnknownControlError and what Station.change raises."""
+    """Changes a control of a radar by its id in the API. Raises what `own_change` and Station.change raise."""
     await station.change(own_change(control, given, station.epoch.info.scene))
 
 

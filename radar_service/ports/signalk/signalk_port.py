@@ -16,7 +16,7 @@ from radar_service.ports.ais.transponders import Transponders
 from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import report
+from radar_service.ports.signalk.answers import refusal
 from radar_service.ports.signalk.codec import SignalKCodec
 from radar_service.ports.signalk.radar_routes import radar_routes
 from radar_service.ports.signalk.radars import Radars
@@ -45,7 +45,7 @@ class SignalKPort(Port):
     """The Signal K Radar API. Its spokes are sent by the feed of each radar, with another codec."""
 
     name, period, tells_ships = "signalk", 0.1, True
-    refusals, codecs = MappingProxyType({"/signalk": report}), (SignalKCodec(),)
+    refusals, codecs = MappingProxyType({"/signalk": refusal}), (SignalKCodec(),)
 
     def __init__(
         self, gui: Path | None = None, tells_truth: bool = False, announcement: "Announcement | None" = None

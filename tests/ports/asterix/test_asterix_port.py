@@ -12,7 +12,7 @@ from radar_service.ports.udp.sender import UdpSender
 from radar_service.service.settings import Pace, Settings
 from tests.ports.asgi import Server
 from tests.ports.asterix.reading import Video, blocks, record
-from tests.ports.listening import play
+from tests.ports.playing import play
 from tests.service.fake import AZIMUTHS, BINS
 
 HERE = "127.0.0.1"

@@ -69,7 +69,8 @@ def test_azimuths_count_from_true_north_and_a_lost_heading_sends_nothing() -> No
 
 
 def test_the_summary_says_north_and_law() -> None:
+    radar = radar_of(simulator(8))
     for bits in (8, 16):
-        (content,) = blocks(summary(radar_of(simulator(8)), Form(0, bits), 2))
+        (content,) = blocks(summary(radar, Form(0, bits), 2))
         text = record(content)
         assert not isinstance(text, Video) and "reflectors" in text and "true north" in text and f"{bits} bit" in text

@@ -18,10 +18,10 @@ from tests.descriptors import descriptors_taken
 from tests.ports.asgi import Server
 from tests.ports.garmin_xhd.reading import command, read_reports, read_spoke
 from tests.ports.kept import Kept
-from tests.ports.listening import PAUSED, play
+from tests.ports.playing import PAUSED, play
 
 HERE = "127.0.0.1"
-FAST = Settings(pace=Pace("run", 10.0))
+FAST = Settings(pace=Pace("run", 20.0))
 
 
 class Display:

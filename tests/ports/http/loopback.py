@@ -4,10 +4,9 @@ import contextlib
 from collections.abc import Iterator
 
 from radar_service.ports.app import create_app
-from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
+from tests.ports.playing import station
 from tests.ports.serving import Turns, answer, dialled, served
-from tests.service.fake import FakeEngine, factory, scene
 
 Address = tuple[str, int]
 
@@ -23,7 +22,7 @@ UPGRADE = (
 
 @contextlib.contextmanager
 def radar(refused: list[str] | None = None, turns: Turns | None = None, **limits: float) -> Iterator[Address]:
-    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace(factor=10)))
+    only = station(settings=Settings(pace=Pace(factor=10)))
     report = (lambda _: None) if refused is None else refused.append
     with served(create_app([only]), [only], turns, refused=report, **limits) as address:
         yield address

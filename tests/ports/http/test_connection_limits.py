@@ -61,7 +61,8 @@ def test_a_request_that_does_not_arrive_is_closed() -> None:
                 continue
         for begun, connection in (*first.items(), *second.items()):
             connection.sendall(begun)
-            answer(connection)  # ends, or the test does after ten seconds
+        for connection in (*first.values(), *second.values()):
+            answer(connection)  # ends, or the test does after a minute
         assert refused == ["slow request"] * 6
         assert works(address)
 
@@ -70,12 +71,12 @@ def test_a_complete_request_is_not_closed() -> None:
     async def listen(address: Address) -> int:
         got = 0
         async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed") as feed:
-            while got < 24 * 5:  # at 24 rpm and ten times as fast: 1.25 s, six times the limit
+            while got < 24 * 2:  # at 24 rpm and ten times as fast: 0.5 s, two and a half times the limit
                 got += wire.unpack(bytes(await feed.recv())).get("count", 0)
         return got
 
     with radar(seconds=0.2) as address:
-        assert asyncio.run(asyncio.wait_for(listen(address), 60)) >= 24 * 5
+        assert asyncio.run(asyncio.wait_for(listen(address), 60)) >= 24 * 2
 
 
 def test_malformed_requests_end_the_connection_only() -> None:

@@ -26,15 +26,13 @@ from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.processes.call import Progress
 from radar_service.service.access import Access
-from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest
-from radar_service.service.settings import Pace, Settings
 from tests.clients.chromium import CHROMIUM, Browser
 from tests.ports.asgi import Closed, running
 from tests.ports.playing import playing, station
 from tests.ports.rest.test_rest_port import Slow
 from tests.ports.serving import served
-from tests.service.fake import FakeEngine, factory, scene
+from tests.service.fake import FakeEngine
 
 
 # docs: the documentation page: whole, from this server alone, and within its content security policy.
@@ -77,8 +75,7 @@ async def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
 def test_a_browser_shows_every_operation_without_breaking_the_policy(tmp_path: Path) -> None:
     """The page asks for the token once, and keeps it for the tab as the radar's page does."""
     browser, token = Browser(tmp_path), "reading-" * 3
-    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
-    app = create_app([only], access=Access("command-" * 3, token))
+    app = create_app([only := station()], access=Access("command-" * 3, token))
     with contextlib.closing(browser), served(app, [only]) as (host, port):
         page = browser.open(f"http://{host}:{port}/docs", first=f'window.prompt = () => "{token}";')
         page.wait("document.querySelectorAll('.opblock').length === 24")

@@ -17,8 +17,7 @@ CHANGES = [
 ]  # fmt: skip
 
 
-VIEWS = ["/api/radars", "/api/radars/0", "/api/radars/0/controls", "/api/scenes", "/api/health", "/api/radars/0/ppi.png",
-         "/api/openapi.json"]  # fmt: skip
+VIEWS = ["/api/radars", "/api/radars/0", "/api/radars/0/controls", "/api/scenes", "/api/health", "/api/openapi.json"]
 
 
 def bearer(token: str) -> dict[str, str]:
@@ -45,6 +44,7 @@ async def test_seeing_is_free_until_it_too_has_a_token() -> None:
             assert (await server.http.get(path)).status_code == 200
         assert (await (await server.feed()).receive())["type"] == "hello"
     async with playing(access=Access(COMMAND, READ)) as server:
+        assert (await server.http.get("/api/radars/0/ppi.png")).status_code == 401
         for path in VIEWS:
             assert (await server.http.get(path)).status_code == 401
             for token in (READ, COMMAND):

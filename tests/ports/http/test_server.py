@@ -3,7 +3,6 @@
 import asyncio
 import contextlib
 import errno
-import math
 import resource
 import socket
 
@@ -14,12 +13,10 @@ from websockets.exceptions import ConnectionClosed
 from radar_service import wire
 from radar_service.ports.app import create_app
 from radar_service.ports.http.server import SEND_BUFFER, listening_socket, note_fault, possible_connections
-from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
 from tests.ports.http.loopback import UPGRADE, Address, radar, works
+from tests.ports.playing import FLAT_OUT, station
 from tests.ports.serving import answer, dialled, served
 from tests.processes.test_fork_server import until
-from tests.service.fake import FakeEngine, factory, scene
 
 
 def test_a_body_that_stops_coming_is_refused_in_time(
@@ -96,7 +93,7 @@ def test_stopping_does_not_wait_for_a_client_that_reads_nothing(mode: str, monke
     """Requests may take an hour here, so that the server ends only where it cuts the connection; else `served` gives up."""
     monkeypatch.setattr("radar_service.ports.http.server.SHUTDOWN_SECONDS", 3600)
     monkeypatch.setattr("radar_service.service.radio.station.LEAVE_TIMEOUT", 0.01)
-    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace(factor=math.inf)))
+    only = station(settings=FLAT_OUT)
     with socket.socket() as unread, served(create_app([only]), [only]) as address:
         unread.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         unread.connect(address)

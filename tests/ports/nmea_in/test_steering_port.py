@@ -36,10 +36,10 @@ from radar_service.terminal.arguments import UsageError
 from radar_service.world.commands import Command, CommandError
 from radar_service.world.geo import map_from_geographic
 from tests.ports.asgi import Server, running
-from tests.ports.listening import PAUSED
 from tests.ports.nmea.test_senders import HERE, free_port
 from tests.ports.nmea_in.saying import hdt, line, rmc
 from tests.ports.nmea_in.test_receivers import Clock
+from tests.ports.playing import PAUSED
 from tests.service.in_process import InProcess
 
 ORIGIN = {"latitude_deg": 50.0, "longitude_deg": -1.0}
@@ -137,7 +137,9 @@ async def test_one_service_steers_another_one_and_the_truths_agree(protocol: str
     sender = TcpSender("--nmea-tcp", serving, []) if protocol == "tcp" else UdpSender("--nmea-udp", listening)
     leader = station(scene({**TURNING, "position_m": [60e3, 30e3]}))  # true north is 0.6 degrees off that of the map there
     follower = station(scene({"steerable": {}, "position_m": [5000, 5000]}))
-    async with served(leader, NmeaPort([sender])) as a, served(follower, SteeringPort([receiver])) as b:
+    port = NmeaPort([sender])
+    port.period = 0.02  # s: in a pause positions come with each tenth call
+    async with served(leader, port) as a, served(follower, SteeringPort([receiver])) as b:
         pipe = asyncio.create_task(piped(serving[:2], listening[:2])) if protocol == "tcp" else None
         for _ in range(2):
             await a.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})

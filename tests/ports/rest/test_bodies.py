@@ -8,38 +8,28 @@ from typing import Any
 
 import pytest
 
-from radar_service.ports.rest import bodies
 from radar_service.ports.rest.bodies import SMALL, read_body
 from radar_service.ports.rest.schemas import SceneUpload
 from tests.ports.playing import playing
 
-JSON = {"content-type": "application/json"}
-BIG = {"name": "big", "scene": {"name": "big", "body": [{"name": "p" * (2 * SMALL), "shape": "point", "rcs_dbsm": 1,
-                                                          "position_m": [90, 0, 1]}]}}  # fmt: skip
+CASES = [
+    (b'{"name": "a", "scene": {"name": "s"}}', 201, ""), (b'{"name": "a", "scene": 3}', 422, "scene: 3;"),
+    (b"{", 400, "body: not JSON"), (b'{"name": "a", "scene": {}}', 422, "scene: it is empty; give it a name"),
+    (b'{"name": "a", "scene": {"radar": {"azimuths": NaN}}}', 422, "radar.azimuths"),
+]  # fmt: skip
 
 
-@pytest.mark.parametrize("in_process", [False, True])
-async def test_bodies_are_read_alike_here_and_in_a_process(in_process: bool, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(bodies, "SMALL", -1 if in_process else SMALL)
-    cases = [
-        (b'{"name": "a", "scene": {"name": "s"}}', 201, ""), (b'{"name": "a", "scene": 3}', 422, "scene: 3;"),
-        (b"{", 400, "body: not JSON"), (b'{"name": "a", "scene": {}}', 422, "scene: it is empty; give it a name"),
-        (b'{"name": "a", "scene": {"radar": {"azimuths": NaN}}}', 422, "radar.azimuths"),
-    ]  # fmt: skip
+@pytest.mark.parametrize(("size", "cases"), [(0, CASES), (SMALL + 1, CASES[:3])], ids=["here", "in a process"])
+async def test_bodies_are_read_alike_here_and_in_a_process(size: int, cases: list[tuple[bytes, int, str]]) -> None:
     async with playing() as server:
         for body, status, line in cases:
-            answer = await server.http.post("/api/scenes", content=body, headers=JSON)
+            answer = await server.http.post(
+                "/api/scenes", content=body.rjust(size), headers={"content-type": "application/json"}
+            )
             assert answer.status_code == status, answer.text
             assert not line or answer.json()["detail"][0].startswith(line)
         kinds = [job["kind"] for job in (await server.http.get("/api/jobs")).json()]
-        assert kinds.count("body") == len(cases) * in_process
-
-
-async def test_a_big_body_does_not_reach_the_event_loop() -> None:
-    async with playing() as server:
-        answer = await server.http.post("/api/scenes", json=BIG)
-        assert answer.status_code in (201, 422)
-        assert "body" in [job["kind"] for job in (await server.http.get("/api/jobs")).json()]
+        assert kinds.count("body") == len(cases) * (size > 0)
 
 
 async def test_a_full_disk_is_an_answer_and_not_a_fault() -> None:

@@ -76,7 +76,7 @@ CHUNKED = "transfer-encoding: chunked"
 
 
 def chunks(size: int) -> list[bytes]:
-    """Chunks of one byte, 6 bytes each: 80,000 in half a MiB, twice what asyncio reads at a time."""
+    """Chunks of one byte, 6 bytes each: 50,000 in 300 kB, more than asyncio reads at a time."""
     return [b"1\r\n \r\n" * 10_000] * (size // 60_000) + [b"0\r\n\r\n"]
 
 
@@ -87,13 +87,13 @@ def in_one(text: bytes, size: int) -> list[bytes]:
 
 PART = b'--b\r\nContent-Disposition: form-data; name="scene"; filename="a.toml"\r\n\r\n'
 BODIES: dict[str, tuple[str, str, str, list[bytes]]] = {
-    "chunks of one byte": ("POST", "/api/scenes", "application/json", chunks(2**19)),
-    "chunks of one byte, refused": ("POST", "/nowhere", "application/json", chunks(2**19)),
-    "json of 60 MB": ("POST", "/api/scenes", "application/json", in_one(b"[" * 64, 60 * 2**20)),
-    "json of 8 MB": ("PUT", "/api/radars/0/scene", "application/json", in_one(b'[{"a":1},', 2**23)),
-    "a form of boundaries": ("POST", "/api/scenes", FORM, [PART, *in_one(b"\r\n--\r\n-b", 2**24)]),
-    "a form of parts": ("POST", "/api/scenes", FORM, in_one(PART + b"\r\n", 2**22)),
-    "a form of headers": ("POST", "/api/scenes", FORM, [b"--b\r\n", *in_one(b"a:b\r\n", 2**22)]),
+    "chunks of one byte": ("POST", "/api/scenes", "application/json", chunks(300_000)),
+    "chunks of one byte, refused": ("POST", "/nowhere", "application/json", chunks(300_000)),
+    "json of 11 MB": ("POST", "/api/scenes", "application/json", in_one(b"[" * 64, 11 * 2**20)),
+    "json of 4 MB": ("PUT", "/api/radars/0/scene", "application/json", in_one(b'[{"a":1},', 2**22)),
+    "a form of boundaries": ("POST", "/api/scenes", FORM, [PART, *in_one(b"\r\n--\r\n-b", 2**23)]),
+    "a form of parts": ("POST", "/api/scenes", FORM, in_one(PART + b"\r\n", 2**21)),
+    "a form of headers": ("POST", "/api/scenes", FORM, [b"--b\r\n", *in_one(b"a:b\r\n", 2**21)]),
 }  # fmt: skip
 
 

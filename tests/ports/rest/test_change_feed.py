@@ -1,32 +1,25 @@
 """The websocket of changes: all of the state first, then what changes, to those who may know it."""
 
-import contextlib
 import json
-from collections.abc import AsyncIterator
 from typing import Any
 
 import pytest
 
-from radar_service.ports.app import create_app
+from radar_service.ports import port_host
 from radar_service.ports.http import conversation
 from radar_service.ports.rest import websockets
 from radar_service.service.access import Access
 from radar_service.service.fanout.client_queue import TOO_SLOW
 from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
-from tests.ports.asgi import Closed, Server, Socket, running
-from tests.service.fake import FakeEngine, factory, steerable_scene
+from tests.ports.asgi import Closed, Socket
+from tests.ports.playing import playing, station
+from tests.service.fake import steerable_scene
 
 COMMAND, READ = "command-" * 3, "reading-" * 3
 
 
-@contextlib.asynccontextmanager
-async def playing(access: Access | None = None, *radars: Station, **options: Any) -> AsyncIterator[Server]:
-    settings = Settings(pace=Pace("pause"))
-    stations = list(radars) or [Station("0", FakeEngine(steerable_scene()), factory(), settings=settings, **options)]
-    async with running(create_app(stations, access=access)) as server:
-        server.stations = stations
-        yield server
+def steerable(**options: Any) -> Station:
+    return station(steerable_scene(), **options)
 
 
 async def until(socket: Socket, kind: str) -> dict[str, Any]:
@@ -37,7 +30,7 @@ async def until(socket: Socket, kind: str) -> dict[str, Any]:
 
 
 async def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
-    async with playing() as server:
+    async with playing(steerable()) as server:
         early = await server.open("/api/changes")
         assert (await until(early, "controls"))["values"] == server.stations[0].controls()
         await server.http.patch("/api/radars/0/controls", json={"rain": 12})
@@ -54,7 +47,7 @@ async def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
 
 
 async def test_a_new_client_gets_the_last_command_to_each_body() -> None:
-    async with playing(allow_truth=True) as server:
+    async with playing(steerable(allow_truth=True)) as server:
         for speed in (3, 4):
             await server.http.patch("/api/radars/0/bodies/buoy", json={"speed_kn": speed})
         await server.http.patch("/api/radars/0/own-ship", json={"course_deg": 70})
@@ -65,7 +58,7 @@ async def test_a_new_client_gets_the_last_command_to_each_body() -> None:
 
 @pytest.mark.parametrize("truth", [False, True])
 async def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(truth: bool) -> None:
-    async with playing(Access(COMMAND, READ), allow_truth=truth) as server:
+    async with playing(steerable(allow_truth=truth), access=Access(COMMAND, READ)) as server:
         knowing = await server.open("/api/changes", authorization=f"Bearer {COMMAND}")
         reading = await server.open("/api/changes", authorization=f"Bearer {READ}")
         bearer = {"authorization": f"Bearer {COMMAND}"}
@@ -86,13 +79,14 @@ async def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(trut
 
 
 async def test_a_stranger_is_told_nothing() -> None:
-    async with playing(Access(COMMAND, READ)) as server:
+    async with playing(access=Access(COMMAND, READ)) as server:
         with pytest.raises(Closed):
             await server.open("/api/changes")
 
 
 async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(websockets, "MAX_WAITING", 5)
+    monkeypatch.setattr(port_host, "LOOK", 0.01)
     monkeypatch.setattr(conversation, "GRACE", 60.0)  # s: on a busy machine the changes after the sixth take longer than 1 s
     async with playing() as server:
         deaf = await server.open("/api/changes")
@@ -110,9 +104,7 @@ async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPa
 async def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(websockets, "MAX_WAITING", 3)
     monkeypatch.setattr(websockets.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state
-    settings = Settings(pace=Pace("pause"))
-    radars = [Station(str(k), FakeEngine(steerable_scene()), factory(), settings=settings) for k in range(4)]
-    async with playing(None, *radars) as server:
+    async with playing(*(station(steerable_scene(), str(k)) for k in range(4))) as server:
         client = await server.open("/api/changes")
         got = [json.loads(await client.text()) for _ in range(4 * 3)]
         assert {(change["radar"], change["kind"]) for change in got} >= {

@@ -2,6 +2,7 @@
 
 import asyncio
 import contextlib
+import threading
 from collections.abc import AsyncIterator
 from dataclasses import replace
 
@@ -43,25 +44,31 @@ def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_
         assert len(seen) == moments
 
 
-async def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(fork_server: ForkServer) -> None:
-    radar = station()
-    pauses: list[float] = []
+async def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    radar, pauses, begun = station(), list[float](), threading.Event()
+    monkeypatch.setattr(pictures, "call_in_process", lambda *_: b"drawn" if begun.wait(10) else b"")
     async with playing(fork_server, pauses) as drawing:
         tasks = [asyncio.create_task(drawing.png(radar, 64 + n, None)) for n in range(6)]
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)  # the one that is refused
+        begun.set()
         answers = await asyncio.gather(*tasks, return_exceptions=True)
         assert [isinstance(answer, Busy) for answer in answers] == [False] * 5 + [True]  # one is drawn, four wait
     assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / pictures.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
 
 
 async def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
-    radar = station()
-    async with playing(fork_server) as drawing:
+    radar, times = station(), list[int]()
 
-        def fail(*_: object) -> bytes:
+    def fail_once(*_: object) -> bytes:
+        times.append(1)
+        if len(times) == 1:
             raise ProcessFault("it crashed")
+        return b"drawn"
 
-        with monkeypatch.context() as patch:
-            patch.setattr(pictures, "call_in_process", fail)
-            with pytest.raises(ProcessFault):
-                await drawing.png(radar, 64, None)
-        assert (await drawing.png(radar, 64, None)).startswith(b"\x89PNG")
+    monkeypatch.setattr(pictures, "call_in_process", fail_once)
+    async with playing(fork_server) as drawing:
+        with pytest.raises(ProcessFault):
+            await drawing.png(radar, 64, None)
+        assert await drawing.png(radar, 64, None) == b"drawn"

@@ -13,12 +13,10 @@ from PIL import Image
 from radar_service.ports.feed.feed_socket import ConnectionErrors
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
-from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Server
 from tests.ports.playing import playing, station
-from tests.service.fake import AZIMUTHS, BINS, RADAR, FakeEngine, factory, scene
+from tests.service.fake import AZIMUTHS, BINS, RADAR, scene
 
 ERRORS, CONTROLS = "/api/radars/0/errors", "/api/radars/0/controls"
 JSON = {"content-type": "application/json"}
@@ -93,8 +91,7 @@ async def test_a_rate_of_rotation_that_the_scene_file_could_not_have_is_refused(
     radar: dict[str, Any], rpm: float, refusal: str | None
 ) -> None:
     slow = {"rpm": 20.0} | radar
-    made = Station("0", FakeEngine(scene(**slow)), factory(), settings=Settings(pace=Pace("pause")))
-    async with playing(made) as server:
+    async with playing(station(scene(**slow))) as server:
         before = (await server.http.get("/api/radars/0/controls")).json()
         answer = await server.http.patch("/api/radars/0/controls", json={"rpm": rpm, "gain": 61})
         after = (await server.http.get("/api/radars/0/controls")).json()
@@ -287,7 +284,7 @@ async def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
 async def test_a_radar_ashore_takes_no_errors_of_a_ships_sensors() -> None:
     ashore = load_scene({"radar": [RADAR | {"id": "shore", "platform": {"position_m": [0, 0]}}]})
     errors = "/api/radars/shore/errors"
-    async with playing(Station("shore", FakeEngine(ashore), factory(), settings=Settings(pace=Pace("pause")))) as server:
+    async with playing(station(ashore, "shore")) as server:
         answer = await server.http.patch(errors, json={"gyro": {"bias_deg": 20}})
         assert answer.status_code == 422 and "a fixed site has no gyro" in answer.json()["detail"][0]
         answer = await server.http.patch(errors, json={"profile": "imo-a823"})

@@ -12,7 +12,6 @@ from pydantic import ValidationError
 
 from radar_service import wire
 from radar_service.plug_ins import PlugInError
-from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.rest import scene_store
@@ -26,13 +25,11 @@ from radar_service.service.controls import CONTROLS, ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
-from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.ports.playing import playing, station
 from tests.scenes import TWO_RADARS
-from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
+from tests.service.fake import AZIMUTHS, FakeEngine, scene
 
 
 # schemas: bodies of REST: controls with the limits of their declaration, and nothing unknown.
@@ -97,7 +94,7 @@ async def figures(server: Server) -> dict[str, float]:
 
 
 async def test_metrics_count_what_the_clients_saw() -> None:
-    async def test(server: Server) -> None:
+    async with playing() as server:
         feed = await server.feed("?encoding=f32")
         got = [await feed.receive()]
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 12}})
@@ -122,10 +119,6 @@ async def test_metrics_count_what_the_clients_saw() -> None:
         assert now["radar_log_lines_dropped_total,queue"] >= 0 and now["radar_log_lines_dropped_total,repeated"] >= 0
         assert now["radar_port_faults_total,rest"] == now["radar_port_dropped_total,rest"] == 0
         assert now["process_resident_memory_bytes"] > 1e6
-
-    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
-    async with running(create_app([only])) as server:
-        await test(server)
 
 
 # answers: refusals as answers: a line for each problem.
@@ -214,7 +207,7 @@ async def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
 async def test_the_specification_as_printed_has_no_power_to_tell() -> None:
     engine = FakeEngine(scene())
     engine.fidelity = PRESETS["documented"]
-    async with playing(Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=True)) as server:
+    async with playing(station(engine, allow_truth=True)) as server:
         reason = (await line(await server.open(f"{PATH}?radiometric=1")))["reason"]
         assert reason.startswith("radiometric: the fidelity documented has none")
         assert (await line(await server.open(PATH)))["type"] == "header"

@@ -11,9 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from radar_service.ports import signalk
-from radar_service.ports.signalk.answers import problem, report
+from radar_service.ports.signalk.answers import failure, report
 from radar_service.ports.signalk.codec import SpokeFields, last_spokes, spoke_bytes, varint
-from radar_service.ports.signalk.controls import UnknownControlError
 from radar_service.ports.signalk.radars import Radars, legend
 from radar_service.ports.signalk.signalk_port import POLICY
 from radar_service.processes.limits import MachineBusyError
@@ -36,18 +35,17 @@ def test_reports() -> None:
 @pytest.mark.parametrize(
     ("error", "status", "message"),
     [
-        (UnknownControlError("none"), 404, "none"), (HTTPException(422, ["a", "b"]), 400, "a; b"),
         (HTTPException(404, "gone"), 404, "gone"), (ControlError("gain: 500"), 400, "gain: 500"),
         (SceneError("scene: bad"), 400, "scene: bad"), (MachineBusyError("later"), 503, "later"),
     ],
 )  # fmt: skip
 def test_refusals_have_the_statuses_of_the_api(error: Exception, status: int, message: str) -> None:
-    assert problem(error) == (status, message)
+    assert failure(error) == report(status, message)
 
 
 def test_what_is_no_refusal_is_raised_again() -> None:
     with pytest.raises(ZeroDivisionError):
-        problem(ZeroDivisionError())
+        failure(ZeroDivisionError())
 
 
 # codec: the message of spokes: what the library of Protocol Buffers reads is what was written, for any values.

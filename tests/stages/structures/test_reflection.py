@@ -79,6 +79,7 @@ def scattered(structure: Structure, target: float, boresight: float, polarizatio
     return received(field, along, made.length, {0.5: 1.0})
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("polarization", ["h", "v"])
 @pytest.mark.parametrize("structure, offsets", [(MAST, (0.0, -5.0)), (FUNNEL, (0.0, 2.0, 5.0))], ids=["mast", "funnel"])
 def test_it_reflects_as_a_metal_cylinder(structure: Structure, offsets: tuple[float, ...], polarization: str) -> None:
