@@ -26,7 +26,7 @@ from radar_service.engine.pipeline import (
 from radar_service.engine.preparation import Prepared
 from radar_service.plan.culling import CulledBody
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
-from radar_service.receive import square_law
+from radar_service.records import square_law
 from radar_service.stages.stage import Tile
 
 MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed

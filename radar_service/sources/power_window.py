@@ -15,8 +15,8 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import pulse_gain
 from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, ResultCache, Singles
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import PowersOf
+from radar_service.receive import receiver_noise_power
+from radar_service.records import PowersOf, square_law
 from radar_service.sources.numbers import NOISE
 from radar_service.sources.rows import RestingField, resting_field, resting_numbers, source_rows
 

@@ -24,7 +24,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.service.controls import CONTROLS, ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
+from radar_service.spoke_source import BusyFault, SpokeSourceFault
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.ports.playing import playing, station

@@ -12,8 +12,8 @@ import pytest
 from radar_service.ports.rest import metrics
 from radar_service.ports.rest.metrics import Vitals
 from radar_service.service.jobs import JobQueue
-from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.radio_state import Failed, Looked
+from radar_service.service.radio.scene_process import SpokeWorker
 from tests.ports.playing import playing, station
 
 READY = "/api/health/ready"

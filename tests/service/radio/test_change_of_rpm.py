@@ -13,7 +13,7 @@ from radar_service.processes.call import Progress
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.controls import ControlError
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest

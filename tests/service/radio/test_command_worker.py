@@ -28,9 +28,8 @@ from radar_service.service.radio.command_worker import (
     TooManyCommandsError,
     time_of_commands,
 )
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker, prepared
-from radar_service.service.radio.scene_process import SceneProcessMaker
+from radar_service.service.radio.pacer import GroupClock
+from radar_service.service.radio.scene_process import SceneProcessMaker, SpokeWorker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings

@@ -19,13 +19,12 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio import scene_process
-from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault, prepared
-from radar_service.service.radio.scene_process import SceneProcess, SceneProcessMaker
+from radar_service.service.radio.scene_process import SceneProcess, SceneProcessMaker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.simulator import Simulator
-from radar_service.spoke_source import SpokeSource
+from radar_service.spoke_source import BusyFault, SpokeSource, SpokeSourceFault
 from radar_service.world.error import SceneError
 from tests.descriptors import descriptors_left, open_descriptors
 from tests.processes import tasks

@@ -15,8 +15,8 @@ from radar_service.display.video import Controls
 from radar_service.processes.call import Progress
 from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.service.radio.command_worker import NoRadarError
-from radar_service.service.radio.prefetch import SpokeWorker, prepared
 from radar_service.service.radio.radio_state import State, TakeOver
+from radar_service.service.radio.scene_process import SpokeWorker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings

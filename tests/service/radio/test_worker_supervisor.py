@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.service.radio.prefetch import SpokeSourceFault, prepared
+from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import SceneRequest
+from radar_service.spoke_source import SpokeSourceFault
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON
 
