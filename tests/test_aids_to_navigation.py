@@ -95,25 +95,6 @@ def test_a_ship_that_passes_before_it_hides_it() -> None:
     assert visible == [triggered[k] for k in range(12)]
 
 
-def test_bytes_do_not_depend_on_threads_or_the_start() -> None:
-    """A racon, a SART and a reflector that roll, over a sea: the third scan from the start, alone, and on two threads."""
-    bodies = [RACON, point("raft", -800, -300, 1, sart={"offset_m": [0, 0, 1]}, roll_deg=8, roll_period_s=4.0),
-              {"name": "r", "shape": "reflector", "reflector": "corner", "edge_m": 0.4, "position_m": [500, 0, 4],
-               "heading_deg": 270, "roll_deg": 12, "roll_period_s": 5.0}]  # fmt: skip
-    settings: dict[str, Any] = {
-        "radar": RADAR, "environment": {"noise": True, "multipath": True, "sea_state": 3}, "own_ship": {"speed_kn": 12}
-    }  # fmt: skip
-    of = scene(bodies, **settings)
-    through = rs.Simulator(of, "fast", seed=5)
-    third = [through.scan() for _ in range(3)][2]
-    threaded = rs.Simulator(of, "fast", seed=5, threads=2)
-    again = [threaded.scan() for _ in range(3)][2]
-    np.testing.assert_array_equal(third.field, again.field)
-    later = rs.Simulator(of, "fast", seed=5)
-    later.skip_to(2)
-    np.testing.assert_array_equal(third.field, later.scan().field)
-
-
 def test_a_beacon_adds_its_answer_and_nothing_else() -> None:
     """Without it every byte is that of the scene before; with it, rows that do not point its way stay as they were."""
     plain, with_racon = (

@@ -170,7 +170,7 @@ def is_berthed(ship: Body) -> bool:
 
 @cache
 def first_scan(name: str) -> tuple[rs.Simulator, rs.Scan]:
-    simulator = rs.Simulator(scene(name))
+    simulator = rs.Simulator(scene(name), "fast")
     return simulator, simulator.scan()
 
 

@@ -88,6 +88,7 @@ def cross_sections(made: rs.Scene, seed: int) -> Floats:
     return np.abs(echoes.amplitude) ** 2 * echoes.range**4 / constant
 
 
+@pytest.mark.sample(3)
 @pytest.mark.parametrize("distance", [14_000.0, 24_000.0, 28_000.0, 32_000.0, 36_000.0])
 def test_a_mesh_sinks_below_the_horizon_as_the_earth_curves(distance: float) -> None:
     """A plate 60 x 40 m, square on, antenna 15 m: past the horizon at 15.96 km the lowest (d - 15 964)^2 / (2 ae) of it are
