@@ -1,13 +1,11 @@
-"""Ships in a seaway from end to end: truth, commands, and bytes whatever the threads, beside land and aids to navigation."""
+"""Ships in a seaway from end to end, beside land and aids to navigation: bytes whatever the threads, blocks and commands."""
 
 from typing import Any
 
 import numpy as np
-import pytest
 
 import radar_service as rs
 from radar_service.sources.numbers import source_names
-from radar_service.world.seaway_motion import SeawayMotion
 from tests.scenes import point, scene
 
 RADAR = {"range_max_m": 600, "azimuths": 32, "beamwidth_deg": 12, "pulse_s": 1e-6, "rpm": 60, "height_m": 12}
@@ -51,40 +49,3 @@ def test_bytes_depend_on_no_thread_no_block_and_no_history() -> None:
     assert {*source_names(sim.scene)} - {*np.unique(labels).tolist()} == {2, 3, 4}, (
         "all but rain, interference, second time around"
     )
-
-
-def test_truth_has_the_positions_and_velocities_of_ships_in_a_seaway() -> None:
-    """Velocities against differences of the positions that the motions have."""
-    sim = simulator()
-    seen, h = 0, 1e-4
-    for _ in range(2):
-        sim.scan()
-        for crossing in sim.crossings():
-            if crossing.time < 1e-3:
-                continue  # the ship begins to move at 0
-            body = next(each for each in sim.scene.bodies if each.name == crossing.body)
-            assert isinstance(body.motion.sway, SeawayMotion)
-            ends = []
-            for time in (crossing.time - h, crossing.time, crossing.time + h):
-                pose = body.motion.pose(time)
-                assert pose.rotation is not None
-                ends.append(pose.position[0] + pose.rotation[0] @ body.reference)
-            np.testing.assert_allclose(crossing.position, ends[1], atol=1e-9)
-            np.testing.assert_allclose(crossing.velocity, (ends[2] - ends[0]) / (2 * h), atol=1e-5)
-            own = sim.scene.own_ship.sway_state(np.array([crossing.time])).values[0]
-            assert (crossing.own_ship.roll, crossing.own_ship.pitch) == pytest.approx((own[0], own[1]), abs=1e-12)
-            assert crossing.own_ship.roll and crossing.position[2] != 0.0
-            seen += 1
-    assert seen > 1
-
-
-def test_a_command_moves_no_ship_by_a_jolt() -> None:
-    """Truth of the last spoke before a command and of the first after it: position and roll go on by their rates."""
-    sim = simulator()
-    sim.scan()
-    sim.command(None, speed_kn=0.0)
-    sim.scan()
-    step, spoke = sim.scene.radar.spoke_period, 32
-    states = [sim.truth((spoke + k) * step).own_ship for k in (-2, -1, 0, 1)]
-    heights = np.array([state.position[2] for state in states])
-    assert np.abs(np.diff(heights, 2)).max() < 2e-3, "m, at an acceleration of 2 m/s^2 and a kink of the rate of 0.06 m/s"
