@@ -19,8 +19,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises UsageError, MissingExtra, SceneError and OSError.
     """
-    from radar_service.believed.published import TableError
-    from radar_service.believed.verdicts import PAGE, chosen_rows, measured, page, row_text, write_picture
+    from radar_service.believed.verdicts import PAGE, TableError, chosen_rows, measured, page, row_text, write_picture
 
     try:
         rows = chosen_rows(options.rows)

@@ -4,14 +4,14 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import near_seed, pulse_scenes
-from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Profiles, Singles, effective_earth_radius
+from radar_service.numerics import BLAS_LIMIT, Flags, Profiles, Singles, effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.cost_model import SetUp, engine_statistics, first_visibility_update
 from radar_service.plan.culling import cull
@@ -41,26 +41,7 @@ def check_arguments(scene: Any, seed: int, threads: int, sector: tuple[float, fl
         raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
 
 
-class AzimuthEngine(Protocol):
-    """What computes the scans of a simulator: the pipeline, or the specification as printed."""
-
-    range: Floats  # (N,) m, where the samples stand
-
-    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
-        """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W].
-
-        requested: flags of azimuths (A,); tiles without any may be left out.
-        """
-        ...
-
-
-@runtime_checkable
-class LabelledEngine(Protocol):
-    """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
-
-    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """Yields the tiles of a scan, each with its labels (K, N); requested: flags of azimuths (A,), None for all."""
-        ...
+AzimuthEngine = LabellingEngine | LabellingStitchedEngine | DocumentedEngine  # the pipeline, or the specification as printed
 
 
 class EngineSetUp(NamedTuple):
@@ -171,7 +152,7 @@ class SourceTiles:
         """Returns the tiles of a scan, each as the first fields of a SourceTile; only those that hold any of the requested
         azimuths (A,), where there are flags of these."""
         tiles: Iterator[tuple[Any, ...]]
-        if self.request.labels and isinstance(self.engine, LabelledEngine):
+        if self.request.labels and not isinstance(self.engine, DocumentedEngine):
             tiles = self.engine.labelled_tiles(scan, requested)
         else:
             tiles = self.engine.tiles(scan, requested)

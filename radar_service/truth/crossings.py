@@ -130,8 +130,8 @@ class CrossingTruth:
         rows = zip(*(column.tolist() for column in columns.values()), *water, strict=True)
         keys = (*columns, "water_course", "water_speed")
         arrays = bodies, points.position, points.velocity, tcpa
-        told = self._truth.why_invisible(bodies, time), self._geographic(points.position)
-        others = zip(*(array.tolist() for array in arrays), *told, strict=True)
+        texts = self._truth.why_invisible(bodies, time), self._geographic(points.position)
+        others = zip(*(array.tolist() for array in arrays), *texts, strict=True)
         return [
             dict(zip(keys, row, strict=True)) | self._identities[body] | place
             | {"position": triple(position), "velocity": triple(velocity), "reason": reason, "visible": not reason,

@@ -23,7 +23,7 @@ from radar_service.errors.sensors import (
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.reports import Readings
-from radar_service.world.error_settings import AntennaErrors
+from radar_service.world.reporting import AntennaErrors
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 DEGREE, KNOT = np.pi / 180.0, 1852 / 3600

@@ -85,14 +85,6 @@ def test_labels_change_nothing_else_of_a_recording(labelled_recording: Path, rec
     assert "/radar/0/sources" not in ChunkTable(recording).channels
 
 
-def test_a_labelled_recording_that_was_cut_short_opens_with_its_labels(labelled_recording: Path, tmp_path: Path) -> None:
-    whole = labelled_recording.read_bytes()
-    for share in (0.5, 0.8, 0.97):
-        (path := tmp_path / "cut.mcap").write_bytes(whole[: int(share * len(whole))])
-        spokes = list(read(path).spokes())
-        assert 0 < len(spokes) and all(spoke.labels is not None for spoke in spokes)
-
-
 def test_each_epoch_has_its_own_labels(tmp_path: Path) -> None:
     """Both epochs lie in one chunk, and both count from 0."""
     engine = FakeEngine(scene())

@@ -18,8 +18,7 @@ from radar_service.service.radio.scene_process_main import scene_of
 from radar_service.service.scene_request import SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.world.commands import Command
-from radar_service.world.outline import outline_of
-from radar_service.world.scene import Scene, scene_at_rpm
+from radar_service.world.scene import Scene, outline_of, scene_at_rpm
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
 OWN_SHIP = OwnShipTruth(

@@ -135,11 +135,6 @@ class Pacer:
         self.group_clock.join(self)
 
     @property
-    def schedule(self) -> Schedule:
-        """The schedule of the group."""
-        return self.group_clock.schedule
-
-    @property
     def held(self) -> bool:
         """Whether this radar, or another one of its group, holds all of them."""
         return self.group_clock.held
@@ -265,10 +260,10 @@ class Pacer:
             return math.inf
         return self.group_clock.schedule.delay(self._clock(), last, pace.factor)
 
-    def wait_for(self, condition: Callable[[], bool], timeout: float | None = None) -> None:
-        """Waits until `condition` holds or the radar stops, at most `timeout` [s]."""
+    def wait_for(self, condition: Callable[[], bool]) -> None:
+        """Waits until `condition` holds or the radar stops."""
         with self._changed:
-            self._changed.wait_for(lambda: condition() or self.stopping, timeout)
+            self._changed.wait_for(lambda: condition() or self.stopping)
 
     def sent(self, time: float) -> None:
         """Counts the spoke of this simulated time [s] as sent."""

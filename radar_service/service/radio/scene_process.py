@@ -60,7 +60,7 @@ class SceneProcess(Commanded, TellsSources, TellsShips):
         self._plan = info.plan
         self._spare, self._scan = _spare(child), 0
         self._commands: tuple[Command, ...] = ()  # before the start
-        self._waiting: list[Command | tuple[SourceRequest, int | None]] = []  # for the start
+        self._waiting: list[tuple[str, tuple[object, ...]]] = []  # for the start
         self._asking, self._changing, self._telling = threading.Lock(), threading.Lock(), threading.Lock()
         self._closed = self._is_answer_due = self._started = False
 
@@ -119,24 +119,25 @@ class SceneProcess(Commanded, TellsSources, TellsShips):
 
     def take(self, command: Command) -> None:
         """Sends the process a command, as Commanded.take."""
-        self._tell(command)
+        self._tell("take", command)
 
     def request_sources(self, labels: bool = False, powers: PowersOf = (), spoke: int | None = None) -> None:
         """Sends the process a request, as TellsSources.request_sources."""
-        self._tell((SourceRequest(labels, powers), spoke))
+        self._tell("request_sources", labels, powers, spoke)
 
     @override
     def replay(self, commands: Iterable[Command]) -> None:
         """Notes the commands; the process gets them with its start."""
         self._commands = tuple(commands)
 
-    def _tell(self, message: Command | tuple[SourceRequest, int | None]) -> None:
+    def _tell(self, method: str, *arguments: object) -> None:
+        """Has the simulator called."""
         with self._telling:
             if not self._started:
-                self._waiting.append(message)
+                self._waiting.append((method, arguments))
                 return
             with contextlib.suppress(OSError):  # the process has ended: the next one is told all
-                self._child.data.send(message)
+                self._child.data.send((method, arguments))
 
     def truth(self, t: float) -> Truth:
         """Returns the state of everything at time t [s]. Raises SpokeSourceFault where the process fails."""
@@ -146,22 +147,22 @@ class SceneProcess(Commanded, TellsSources, TellsShips):
     @override
     def ship_states(self, times: Sequence[float], names: Sequence[str | None]) -> list[ShipStates]:
         """Raises SpokeSourceFault where the process fails."""
-        answer: list[ShipStates] = self._answer("ship_states", (list(times), list(names)))
+        answer: list[ShipStates] = self._answer("ship_states", list(times), list(names))
         return answer
 
     def truth_lines(self, scan: int | None, radiometric: bool = False) -> list[TruthLine]:
         """Returns the truth of a scan, as SpokeSource.truth_lines. Raises SpokeSourceFault where the process fails."""
-        answer: list[TruthLine] = self._answer("radiometric_lines" if radiometric else "truth_lines", scan)
+        answer: list[TruthLine] = self._answer("truth_lines", scan, radiometric)
         return answer
 
-    def _answer(self, question: str, argument: object) -> Any:
-        """Returns what the process answers (scene_process_main.ANSWERS). One question at a time: a late answer comes first."""
+    def _answer(self, method: str, *arguments: object) -> Any:
+        """Returns what the simulator answers. One question at a time: a late answer comes first."""
         deadline, control = monotonic() + TRUTH_TIMEOUT, self._child.control
         try:
             with self._asking:
                 if self._is_answer_due:
                     control.receive(TRUTH_TIMEOUT)
-                control.send((question, argument))
+                control.send((method, arguments))
                 self._is_answer_due = True
                 succeeded, answer = control.receive(max(0.0, deadline - monotonic()))
                 self._is_answer_due = False

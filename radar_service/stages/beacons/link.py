@@ -3,7 +3,7 @@
 Both ways have the same gain, loss, multipath and attenuation. Half of the radar's loss in dB counts each way.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,8 +17,7 @@ from radar_service.trace import OcclusionScene
 from radar_service.world import Scene, SightLines
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(NamedTuple):
     """The link at times (K,).
 
     range: slant range [m].
@@ -54,8 +53,7 @@ class BeaconLink:
         """The link at times (K,) [s], whatever hides one end from the other but the sea in `multipath`."""
         if not self._rests:
             return self._at(time)
-        steady, count = self._at(time[:1]), len(time)
-        return Link(np.repeat(steady.range, count), np.repeat(steady.azimuth, count), np.repeat(steady.transfer, count))
+        return Link(*(np.repeat(column, len(time)) for column in self._at(time[:1])))
 
     def _at(self, time: Floats) -> Link:
         scene, radar = self._scene, self._scene.radar

@@ -134,15 +134,6 @@ def test_one_command_acts_on_all_radars_at_one_time() -> None:
             assert all(count == 2 for first, count in known.items() if first > other.spoke + 1)
 
 
-def test_a_slow_radar_does_not_put_off_commands() -> None:
-    """Its next spoke comes in 5 s; the other's in 0.1 s."""
-    with on_air(fakes("bow", "slow")) as radars:
-        radars.stepped("bow", 3)
-        assert [sink.spokes for sink in radars.sinks.values()] == [3, 1]
-        command = radars.put("slow", "buoy", speed_kn=5)
-        assert command.time == pytest.approx(3 * 2.5 / AZIMUTHS) and command.spoke == 1
-
-
 def test_the_time_is_that_of_the_first_spoke_after_all_that_were_sent() -> None:
     bow, slow = (SpokeWorker(engine) for engine in fakes("bow", "slow").values())
     of, period = bow.spoke_source.scene.radar, 2.5 / AZIMUTHS

@@ -15,7 +15,7 @@ from radar_service.service.radio.transmitter import SceneChanged
 from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.commands import Command
-from radar_service.world.outline import SceneOutline
+from radar_service.world.scene import SceneOutline
 from tests.service.fake import FakeEngine, factory, scene, steerable_scene
 
 FIRST, SECOND = SceneRequest({"name": "first"}), SceneRequest({"name": "second"})

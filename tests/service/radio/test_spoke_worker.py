@@ -26,14 +26,6 @@ def started(engine: FakeEngine, azimuths: int = 12) -> SpokeWorker:
     return worker
 
 
-def test_blocks_come_in_order() -> None:
-    worker = started(FakeEngine(scene()))
-    blocks = [worker.take(SOON) for _ in range(20)]
-    worker.stop(SOON)
-    numbers = [n for block in blocks if block for n in range(block.first, block.first + len(block))]
-    assert numbers == list(range(numbers[-1] + 1)) and len(blocks) == 20
-
-
 @pytest.mark.parametrize("taken", [0, 1, 4])
 def test_no_more_than_the_bound_is_computed_ahead(taken: int) -> None:
     engine = FakeEngine(scene(), turns=threading.Semaphore(100))

@@ -20,7 +20,6 @@ from radar_service.stages.clutter.azimuth_rows import (
     BLOCK,
     CHUNK,
     AzimuthRowCache,
-    StaticAzimuthRows,
     beam_weights,
     weight_rows,
 )
@@ -40,7 +39,7 @@ from radar_service.stages.clutter.sea import (
 from radar_service.stages.clutter.sea_clutter import Sea, sea_power
 from radar_service.stages.clutter.stage import ClutterStage
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.wave_drawing import drawn_waves
+from radar_service.world.seaway import drawn_waves
 from tests.alone import clutter_of
 from tests.reference.compressed_pulse import compressed_pulse, sinc2_beam
 from tests.scenes import scene
@@ -460,14 +459,6 @@ def test_any_span_is_there_across_north_and_before_the_start(turn: int) -> None:
             np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count))
 
 
-@pytest.mark.parametrize("turn", [1, 4, 37])
-def test_what_is_known_is_the_same_in_every_turn(turn: int) -> None:
-    rows = StaticAzimuthRows(np.arange(turn)[:, None])
-    for first in (-3, 0, 5, turn - 1, 3 * turn - 2):
-        for count in (1, 7, 3 * turn + 1):
-            np.testing.assert_array_equal(rows.span(first, first + count)[:, 0], np.arange(first, first + count) % turn)
-
-
 def test_blocks_are_computed_once_while_they_are_in_use_and_never_cross_north() -> None:
     requested = []
 
@@ -530,9 +521,6 @@ def test_sigma0_ends_at_the_horizon_and_holds_beyond_its_fit() -> None:
     assert sigma0[2] == pytest.approx(sigma0[3], rel=1e-12)
     np.testing.assert_array_equal(mean_sigma0(at, 9.41e9, 9, "v"), sigma0)
     assert np.all(np.isfinite(mean_sigma0(np.array([1e-9, 1e-300]), 9.41e9, 3, "h")))
-
-
-def test_unknown_polarization_is_refused() -> None:
     with pytest.raises(ValueError, match='polarization: "x" is not one of h, v'):
         mean_sigma0(np.ones(1), 9.41e9, 3, "x")
 
