@@ -20,7 +20,7 @@ from radar_service.sweep.estimate import COPIES, HOUR, estimate
 from radar_service.sweep.layout import CHUNK_BYTES, StoreLayout, layout_of
 from radar_service.sweep.spec import SweepError, SweepSpec, json_schema, load_spec
 from radar_service.sweep.store import SweepStore, lay_out
-from radar_service.sweep.sweep import RunTask, run
+from radar_service.sweep.sweep import run
 from tests.batch.loopback_cluster import loopback_cluster
 from tests.sweep.killing import ended, files, killed, moments, started
 from tests.sweep.sweeps import SCENE, SPEC, content, inputs, open_dataset, swept, written
@@ -49,8 +49,8 @@ def test_all_runs_are_there(undisturbed: dict[str, bytes], tmp_path: Path) -> No
 
 def test_a_cluster_gives_the_bytes_of_one(undisturbed: dict[str, bytes], tmp_path: Path) -> None:
     pytest.importorskip("distributed")
-    with loopback_cluster(1) as scheduler, cluster(scheduler) as workers:
-        _, address, tally = swept(tmp_path, MORE, executor=workers.executor, arithmetic=workers.arithmetic)
+    with loopback_cluster(1) as scheduler, cluster(scheduler) as (executor, of_workers):
+        _, address, tally = swept(tmp_path, MORE, executor=executor, arithmetic=of_workers)
     assert content(address) == undisturbed and (tally.done, tally.failed) == (6, {})
 
 
@@ -385,8 +385,8 @@ def laid_out(folder: Path, spec: str = SPEC) -> SweepStore:
 @pytest.mark.same_bytes
 def test_a_run_has_the_values_of_a_simulator(tmp_path: Path) -> None:
     store = laid_out(tmp_path, SPEC.replace("bins = 40", ""))
-    of = store.inputs()
-    run(RunTask(store.address, store.digest, 2))
+    of = store.inputs
+    run(store.address, store.digest, 2)
     dataset = open_dataset(store.address)
     sim = rs.Simulator(of.scene(of.runs[2]), seed=int(dataset.seed[2]))
     for number in range(3):
@@ -400,18 +400,18 @@ def test_a_run_has_the_values_of_a_simulator(tmp_path: Path) -> None:
 
 def test_a_finished_run_is_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store = laid_out(tmp_path)
-    run(RunTask(store.address, store.digest, 0))
+    run(store.address, store.digest, 0)
     monkeypatch.setattr(sweep_module, "Simulator", None)
-    run(RunTask(store.address, store.digest, 0))
+    run(store.address, store.digest, 0)
 
 
 def test_a_run_that_is_made_again_has_the_same_bytes(tmp_path: Path) -> None:
     store = laid_out(tmp_path)
-    run(RunTask(store.address, store.digest, 1))
+    run(store.address, store.digest, 1)
     before = content(store.address)
     (tmp_path / "out.zarr" / "digest" / "c" / "1").unlink()
     (tmp_path / "out.zarr" / "power" / "c" / "1" / "0" / "0" / "0").write_bytes(b"half")
-    run(RunTask(store.address, store.digest, 1))
+    run(store.address, store.digest, 1)
     assert content(store.address) == before
 
 
@@ -425,14 +425,14 @@ def test_runs_that_differ_in_seed_alone_share_a_scene(tmp_path: Path, monkeypatc
 
     monkeypatch.setattr(sweep_module.Inputs, "scene", counted)
     for number in (0, 1, 2, 3, 0):
-        run(RunTask(store.address, store.digest, number))
+        run(store.address, store.digest, number)
     assert loaded == [0, 2]
 
 
 def test_ranges_that_differ_are_written_run_by_run(tmp_path: Path) -> None:
     store = laid_out(tmp_path, SPEC + '"radar.range_max_m" = [600, 1200]')
     for number in (0, 2):
-        run(RunTask(store.address, store.digest, number))
+        run(store.address, store.digest, number)
     dataset = open_dataset(store.address)
     step = dataset.range_step.values
     assert step[2] == pytest.approx(2.0 * step[0], rel=0.01) and np.isnan(step[1]) and "range_first" in dataset.coords
@@ -441,7 +441,7 @@ def test_ranges_that_differ_are_written_run_by_run(tmp_path: Path) -> None:
 def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
     store = laid_out(tmp_path)
     with pytest.raises(SweepError, match="another store stands there now; begin again"):
-        run(RunTask(store.address, "0" * 32, 0))
+        run(store.address, "0" * 32, 0)
 
 
 @pytest.mark.parametrize("what", ["program", "arithmetic"])
@@ -451,5 +451,5 @@ def test_a_worker_that_would_make_other_bytes_refuses(what: str, tmp_path: Path,
     with pytest.raises(
         SweepError, match=f"^{what}: this worker has another, and the store .*; bytes would differ: use equal"
     ):
-        run(RunTask(store.address, store.digest, 0))
+        run(store.address, store.digest, 0)
     assert not store.finished.any()

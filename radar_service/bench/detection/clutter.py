@@ -90,14 +90,15 @@ def clutter_study(
     for case in cases:
         clutter_scene(scenario, case, None)  # refused now
     targets, shares = clutter_targets(scenario), [min(SCANS_PER_JOB, scans - k) for k in range(0, scans, SCANS_PER_JOB)]
+    named = {"no target": None, **{target.name: target for target in targets}}
     jobs = [
-        Job(f"{scenario.name}, case {n}, {_name(target)}, seed {seed + k}", (scenario, case, target, seed + k, share))
-        for n, case in enumerate(cases) for target in (None, *targets) for k, share in enumerate(shares)
+        Job(f"{scenario.name}, case {n}, {name}, seed {seed + k}", (scenario, case, target, seed + k, share))
+        for n, case in enumerate(cases) for name, target in named.items() for k, share in enumerate(shares)
     ]  # fmt: skip
     parts = iter(run(sampled, jobs, executor, progress=progress))
     series = []
     for case in cases:
-        empty, *hits = [[next(parts) for _ in shares] for _ in (None, *targets)]
+        empty, *hits = [[next(parts) for _ in shares] for _ in named]
         background = Background(
             np.concatenate([part.power for part in empty]),
             sum(part.alarms for part in empty),
@@ -112,10 +113,6 @@ def clutter_study(
         )
     about = {"scenario": scenario.name, "question": scenario.question, "source": scenario.source, "scans": scans}
     return {"schema": SCHEMA, **about, "confidence": CONFIDENCE, "series": series}
-
-
-def _name(target: Target | None) -> str:
-    return target.name if target else "no target"
 
 
 def clutter_targets(scenario: Scenario) -> list[Target]:
@@ -183,7 +180,7 @@ def sampled(
     scene = clutter_scene(scenario, case, target)
     simulator = Simulator(scene, scenario.fidelity, 2 * seed + (target is None))
     settings = scenario.plots.model_copy(update={"pfa": case.pfa, "max_plots": 10_000})
-    extractor, (cells, spokes) = extractor_of(settings, scene, _silent), places(scene, case)
+    extractor, (cells, spokes) = extractor_of(settings, scene, lambda flood: None), places(scene, case)
     half = len(spoke_gains(scene.radar)) // 2
     beam = (spokes[..., None] + np.arange(-half, half + 1)) % scene.radar.azimuths
     power, plotted, alarms, plots = [], [], [], []
@@ -201,10 +198,6 @@ def sampled(
     if target is None:
         return Background(every, np.sum(alarms, axis=0), np.sum(plots, axis=0))
     return TargetPowers(every, np.stack(plotted))
-
-
-def _silent(_: str) -> None:
-    """Takes the words of a flood: its plots are counted."""
 
 
 def _about(scene: Scene, case: ClutterCase, values: NDArray[Any]) -> NDArray[Any]:
