@@ -15,6 +15,7 @@ from radar_service.batch.dask_cluster import ClusterError, check_versions, clust
 from radar_service.batch.jobs import Job, JobsFailed, run
 from radar_service.numerics.arithmetic import arithmetic
 from tests.batch.loopback_cluster import loopback_cluster
+from tests.sweep.sweeps import content, swept
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -54,6 +55,13 @@ def test_jobs_are_done_there_and_fail_alone(scheduler: str) -> None:
 def test_a_worker_that_dies_loses_no_job(scheduler: str, tmp_path: Path) -> None:
     with cluster(scheduler) as (executor, _):
         assert run(dies_once, [Job("dies", (tmp_path,))], executor) != [os.getpid()]
+
+
+def test_a_sweep_there_has_the_bytes_of_one_here(scheduler: str, tmp_path: Path) -> None:
+    with cluster(scheduler) as (executor, of_workers):
+        _, there, tally = swept(tmp_path / "there", executor=executor, arithmetic=of_workers)
+    _, here, _ = swept(tmp_path / "here")
+    assert content(there) == content(here) and (tally.done, tally.failed) == (4, {})
 
 
 @pytest.mark.parametrize(

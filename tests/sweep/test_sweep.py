@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.batch.dask_cluster import cluster
 from radar_service.batch.jobs import Outcome
 from radar_service.batch.worker_processes import WorkerDied
 from radar_service.numerics.arithmetic import arithmetic
@@ -22,7 +21,7 @@ from radar_service.sweep.spec import SweepError, SweepSpec, json_schema, load_sp
 from radar_service.sweep.store import SweepStore, lay_out
 from radar_service.sweep.sweep import run
 from tests.batch.loopback_cluster import loopback_cluster
-from tests.sweep.killing import ended, files, killed, moments, started
+from tests.sweep.killing import ended, killed, moments, started
 from tests.sweep.sweeps import SCENE, SPEC, content, inputs, open_dataset, swept, written
 
 MORE = SPEC.replace("seeds = 2", "seeds = 3")  # 6 runs
@@ -45,13 +44,6 @@ def test_all_runs_are_there(undisturbed: dict[str, bytes], tmp_path: Path) -> No
     assert SweepStore(address).finished.all() and not np.isnan(dataset.power).any() and len(np.unique(dataset.video)) > 3
     strongest = dataset.power.isel(scan=0).max(dim=("azimuth", "range")).values  # noise and signal add up to some dB
     assert np.all(strongest[3:] > 4.0 * strongest[:3])  # 15 against 5 dBsm
-
-
-def test_a_cluster_gives_the_bytes_of_one(undisturbed: dict[str, bytes], tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
-    with loopback_cluster(1) as scheduler, cluster(scheduler) as (executor, of_workers):
-        _, address, tally = swept(tmp_path, MORE, executor=executor, arithmetic=of_workers)
-    assert content(address) == undisturbed and (tally.done, tally.failed) == (6, {})
 
 
 def go_on_until_whole(folder: Path, seed: int, count: int, whole: int, *options: str) -> int:
@@ -173,12 +165,6 @@ def test_a_store_that_another_command_has_is_left_alone(tmp_path: Path) -> None:
         yield from outcomes
 
     assert swept(tmp_path, progress=progress)[2].done == 4
-
-
-def test_files_are_counted(tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a" / "b").touch()
-    assert files(tmp_path) == 1 and files(tmp_path / "none") == 0
 
 
 # estimate: what a sweep will take, before it begins.

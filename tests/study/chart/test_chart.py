@@ -1,9 +1,6 @@
 """Charts of scenes."""
 
-import pickle
 from collections.abc import Callable
-from concurrent.futures import Future
-from typing import Any
 
 import numpy as np
 import pytest
@@ -35,36 +32,19 @@ from radar_service.study.chart.scattering_panel import (
     scattering_points,
     targets_scene,
 )
+from tests.batch.pickling import Pickling
 from tests.reference.compressed_pulse import compressed_pulse as other_pulse
 from tests.reference.point_scene import other_chirp
 from tests.scenes import point, radar, scene
 from tests.study.chart.settings import PLATE, SMALL
 
 
-def test_a_scene_with_nothing_in_sight_is_refused() -> None:
-    with pytest.raises(rs.SceneError, match="add a body in sight"):
-        chart.measure(scene([], radar=SMALL), effort=chart.QUICK)
-
-
-class Pickling:
-    """An executor that does each job at once, with what is left of it after pickling."""
-
-    def __init__(self) -> None:
-        self.calls = 0
-
-    def submit(self, function: Any, /, *arguments: Any) -> "Future[Any]":
-        self.calls += 1
-        function, arguments = pickle.loads(pickle.dumps((function, arguments)))
-        future: Future[Any] = Future()
-        future.set_result(function(*arguments))
-        return future
-
-
 def test_panels_are_measured_wherever_an_executor_says() -> None:
+    """Where nothing is in sight, none but those that show it."""
     elsewhere = Pickling()
     with pytest.raises(rs.SceneError, match="add a body in sight"):
         chart.measure(scene([], radar=SMALL), effort=chart.QUICK, executor=elsewhere)
-    assert elsewhere.calls == 2  # panels that show whether there is anything to compare
+    assert elsewhere.calls == 2
 
 
 # point: points of the chart: interleaved timing and the Pareto front.

@@ -9,7 +9,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.receive.chirp_sum import chirp_sum, impulse_sum
 from radar_service.study.chart.field_panel import field_points, workload_of
 from radar_service.study.chart.point import Point
-from radar_service.study.chart.signal_chain import Method, chirp_sums, chirps, methods
+from radar_service.study.chart.signal_chain import Method, chirps, methods
 from tests.scenes import radar
 from tests.study.chart.settings import SMALL
 
@@ -131,10 +131,6 @@ def test_exact_delays_change_nothing_for_echoes_on_samples() -> None:
         rounded = chirps(SMALL_RADAR, np.pi, gain, chirp_sum)(echoes, SPOKES)
         exact = chirps(SMALL_RADAR, np.pi, gain, None)(echoes, SPOKES)
         assert (np.abs(rounded - exact).max() > 0.03) == differs
-
-
-def test_the_documented_preset_is_the_printed_beam() -> None:
-    assert [m.setting for m in chirp_sums(SMALL_RADAR) if m.preset == "documented"] == ["printed beam"]
 
 
 def test_samples_begin_where_the_method_says() -> None:
