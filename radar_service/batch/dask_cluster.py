@@ -12,8 +12,7 @@ from typing import Any, cast
 
 from radar_service.batch.jobs import Executor
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.extras import extra
+from radar_service.terminal import UsageError, extra
 
 CONNECT_SECONDS = 10.0  # until a scheduler that does not answer counts as absent
 SAME = ("python", "dask", "distributed", "cloudpickle", "msgpack")  # whose versions must agree: messages depend on them

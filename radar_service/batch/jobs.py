@@ -13,9 +13,8 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any, Protocol
 
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.numerics import BLAS_LIMIT
+from radar_service.terminal import UsageError, make_folder, write_file
 
 GIVE_UP = 3  # failures before the first success after which nothing else is tried
 IN_FLIGHT = 1000  # jobs that an executor has at a time: a sweep may have a million

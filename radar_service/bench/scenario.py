@@ -11,10 +11,10 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from radar_service.numerics.random import BIASES, SCENARIO, generator, name_key
+from radar_service.numerics import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.error_tables import drawn_biases
-from radar_service.terminal.arguments import UsageError, did_you_mean
+from radar_service.terminal import UsageError, did_you_mean
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file

@@ -11,10 +11,9 @@ from radar_service.bench.detection.report import criterion, summary, write_detec
 from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import CLUTTER, Scenario, load_scenario
 from radar_service.commands.shared_options import add_jobs, workers_of
-from radar_service.numerics.constants import NAUTICAL_MILE
+from radar_service.numerics import NAUTICAL_MILE
 from radar_service.scene_file.load import load_scene
-from radar_service.terminal.arguments import UsageError, add_whole_number
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal import UsageError, add_whole_number, make_folder
 from radar_service.terminal.progress import progress
 
 NEAREST = 0.25  # NM

@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from radar_service.plan.budget import ERROR_HELP, ErrorBudget, error_budget
-from radar_service.records.fidelity import PRESETS, PURPOSE
-from radar_service.terminal.arguments import add_whole_number, pace, thread_count, utc
-from radar_service.terminal.output_files import add_overwrite
+from radar_service.records import PRESETS, PURPOSE
+from radar_service.terminal import add_overwrite, add_whole_number, pace, thread_count, utc
 
 if TYPE_CHECKING:
     from radar_service.batch.jobs import Executor
@@ -131,7 +130,7 @@ def _add_access(may: "argparse._ActionsContainer") -> None:
 
 if TYPE_CHECKING:
     from radar_service.simulator import Simulator
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 
 @dataclass(frozen=True)

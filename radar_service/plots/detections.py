@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices
 
 if TYPE_CHECKING:  # a tracker in a process of its own needs plots, and no pictures of scans
-    from radar_service.scans.scan import Scan
+    from radar_service.scans import Scan
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.frames import wrap_angle, wrap_bearing
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices, wrap_angle, wrap_bearing
 from radar_service.plots.detections import Detections
 from radar_service.plots.groups import Groups
-from radar_service.radar.parameters import Radar
+from radar_service.radar import Radar
 
 MAX_SPEED = 51.4  # m/s: 100 kn
 CENTROID_CUT = 1e-3  # of a plot's peak: weaker cells are noise and sidelobes; points at 48 dB err by 3 mm, 22 mm without

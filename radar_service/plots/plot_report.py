@@ -10,13 +10,13 @@ from typing import Any, get_args
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 from radar_service.plots.detections import Detections
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.plots.flood import Flood, flood_remark
 from radar_service.plots.plot import Plot
-from radar_service.records.truth import Crossing
-from radar_service.scans.scan import Scan
+from radar_service.records import Crossing
+from radar_service.scans import Scan
 from radar_service.simulator import Simulator
 from radar_service.sources.numbers import (
     BODY,
@@ -27,8 +27,7 @@ from radar_service.sources.numbers import (
 )
 from radar_service.stages.effect import Kind
 from radar_service.stages.registry import numbered_sources
-from radar_service.world.body import Body
-from radar_service.world.scene import Scene
+from radar_service.world import Body, Scene
 
 KINDS: tuple[Kind, ...] = get_args(Kind)
 COMMON_KINDS: dict[int, Kind] = {  # what comes from an earlier pulse disturbs as clutter does

@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Flags
+from radar_service.numerics import Flags
 from radar_service.sources.numbers import BODY, LAND
 from radar_service.sweep.inputs import Inputs, inputs_from_bytes
 from radar_service.sweep.layout import StoreLayout
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.variables import Arrays, Variable
-from radar_service.terminal.extras import MissingExtra, extra
+from radar_service.terminal import MissingExtra, extra
 
 FORMAT = 3  # of Zarr
 LEVEL = 3  # of Zstandard

@@ -9,16 +9,16 @@ import numpy as np
 
 from radar_service.batch.jobs import Executor, Job, JobLost, Outcome, Progress, outcomes
 from radar_service.batch.worker_processes import WorkerDied
+from radar_service.numerics import ResultCache
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.numerics.result_cache import ResultCache
 from radar_service.simulator import Simulator
 from radar_service.sweep.inputs import Inputs, program
 from radar_service.sweep.layout import StoreLayout
 from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import SweepStore, held, lay_out
 from radar_service.sweep.variables import ScanReader
-from radar_service.terminal.output_files import NO_ROOM, named_errors
-from radar_service.world.scene import Scene
+from radar_service.terminal import NO_ROOM, named_errors
+from radar_service.world import Scene
 
 KEPT_SCENES = 2  # runs that differ in seed alone come one after the other
 MAX_REASON = 500  # characters of why a run failed

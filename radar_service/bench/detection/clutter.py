@@ -17,15 +17,13 @@ from radar_service.batch.jobs import Executor, Job, Progress, run
 from radar_service.bench.detection.detection import Target, ground_distance, spoke_gains
 from radar_service.bench.run import extractor_of
 from radar_service.bench.scenario import Scenario, ScenarioError
-from radar_service.numerics.constants import NAUTICAL_MILE
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.plots.plot import Plot
-from radar_service.radar.sets import radar_sets
-from radar_service.receive.compression import receiver_noise_power
+from radar_service.numerics import NAUTICAL_MILE, Flags, Floats, Indices, wrap_angle
+from radar_service.plots import Plot
+from radar_service.radar import radar_sets
+from radar_service.receive import receiver_noise_power
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 SCHEMA = 1
 BANDS = {"x": 9.41e9, "s": 3.05e9}  # Hz

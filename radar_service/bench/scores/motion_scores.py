@@ -10,9 +10,7 @@ from radar_service.bench.scores.scan_result import TargetTruth
 from radar_service.bench.scores.set_scores import velocity_error
 from radar_service.bench.scores.sightings import Sightings
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState, Vector, moved_on
-from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Floats
+from radar_service.numerics import KNOT, NAUTICAL_MILE, Floats, wrap_angle
 from radar_service.truth.crossings import closest_approach
 
 MINUTES = (1, 3)

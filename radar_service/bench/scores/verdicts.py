@@ -13,7 +13,7 @@ import numpy as np
 from scipy.stats import beta, binom
 
 from radar_service.bench.scenario import Limit
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 SHARE = 0.05  # of runs that may miss a limit: standards state 95 % figures
 CONFIDENCE = 0.95  # one-sided

@@ -9,8 +9,8 @@ from threading import Thread
 from typing import Any, TypeVar
 
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
-from radar_service.plots.plot import Plot
-from radar_service.terminal.arguments import UsageError
+from radar_service.plots import Plot
+from radar_service.terminal import UsageError
 
 ANSWER_SECONDS = 60.0  # that a tracker may take for one scan
 MAX_LINE = 2**24  # characters of an answer

@@ -22,7 +22,7 @@ from typing_extensions import override
 from radar_service import plug_ins
 from radar_service.bench.trackers.callable_child import FOLDER, READY
 from radar_service.bench.trackers.json_lines import ANSWER_SECONDS, MAX_LINE, LineTracker, TrackerError, TrackerHangs
-from radar_service.terminal.arguments import did_you_mean
+from radar_service.terminal import did_you_mean
 
 MARK = "RADAR_SERVICE_TRACKER"  # in the environment of a program, and of what it starts
 SCRIPTS = (".py", ".js", ".jar", ".jl", ".lua", ".pl", ".rb", ".sh")  # endings of files that an interpreter runs

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from radar_service.batch.jobs import Executor, Job, Progress, run
+from radar_service.numerics import Floats
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.numerics.types import Floats
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure, summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
@@ -23,10 +23,9 @@ from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.scattering_panel import scattering_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.plotting import png_bytes, svg_text
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 from radar_service.terminal.progress import progress as shown
-from radar_service.world.error import SceneError
-from radar_service.world.scene import Scene
+from radar_service.world import Scene, SceneError
 
 PanelResult = tuple[list[Point], dict[str, Any]]  # its points, and facts for chart.json
 MeasurePanel = Callable[[Scene, int, "Effort"], PanelResult]

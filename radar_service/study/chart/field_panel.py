@@ -6,11 +6,9 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.echo.echoes import Echoes
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.random import CHART, generator
-from radar_service.numerics.types import Complexes, Indices, Profiles
-from radar_service.radar.parameters import Radar
+from radar_service.echo import Echoes
+from radar_service.numerics import CHART, Complexes, Indices, Profiles, generator, wrap_angle
+from radar_service.radar import Radar
 from radar_service.study.chart.point import Point, time_interleaved
 from radar_service.study.chart.reference_surface import closed_form_field
 from radar_service.study.chart.signal_chain import BLOCK, Method

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.terminal.progress import progress
 
 MIN_REPEATS = 2  # a spread needs two

@@ -8,24 +8,28 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.echo.echoes import Echoes
+from radar_service.echo import Echoes
 from radar_service.engine.documented import Solid, nearest
-from radar_service.numerics.constants import EARTH_RADIUS, SPEED_OF_LIGHT
-from radar_service.numerics.frames import body_rotation, direction, polar_from_map, wrap_angle
-from radar_service.numerics.random import CHART, generator
-from radar_service.numerics.types import Floats, Indices
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.rays import RayCaster, RaySampledSurfaces
-from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.numerics import (
+    CHART,
+    EARTH_RADIUS,
+    SPEED_OF_LIGHT,
+    Floats,
+    Indices,
+    body_rotation,
+    direction,
+    generator,
+    polar_from_map,
+    wrap_angle,
+)
+from radar_service.propagation import received_amplitude
+from radar_service.records import PRESETS
+from radar_service.scattering import RayCaster, RaySampledSurfaces, ScattererSet
 from radar_service.study.chart.frozen_scene import all_scatterers, echoes_of, is_diffuse
 from radar_service.study.chart.point import Sampler
 from radar_service.study.chart.reference_surface import Window
-from radar_service.trace.embree import TriangleScene
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
-from radar_service.world.body import Body
-from radar_service.world.scene import Scene
+from radar_service.trace import BOX_BEAMWIDTHS, OcclusionScene, TriangleScene, azimuth_offsets, elevation_offsets
+from radar_service.world import Body, Scene
 
 RAYS = {500: 24, 2000: 24, 8000: 16, 32000: 8}  # rays in a box of 3 x 3 beamwidths: number of draws
 DOCUMENTED_DRAWS = 512  # of the documented rays, for all windows together

@@ -9,24 +9,15 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.numerics.frames import polar_from_map
-from radar_service.numerics.random import CHART, generator
-from radar_service.numerics.types import Floats
-from radar_service.propagation.radar_equation import two_way_phase
-from radar_service.radar.patterns import Sinc2
-from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.model import BodyEchoes, Instant
-from radar_service.scattering.physical_optics.model import PhysicalOptics
-from radar_service.scattering.scatterer_set import ScattererSet
+from radar_service.numerics import CHART, Floats, generator, polar_from_map
+from radar_service.propagation import two_way_phase
+from radar_service.radar import Sinc2
+from radar_service.records import PRESETS
+from radar_service.scattering import BodyEchoes, Instant, PhysicalOptics, ScattererSet
 from radar_service.study.chart.frozen_scene import all_scatterers, occlusion_of
 from radar_service.study.chart.point import Point, Sampler, drawn_points
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Body, Mesh
-from radar_service.world.materials import material_from_name
-from radar_service.world.motion import Motion
-from radar_service.world.poses import BodyPoses, map_from_bodies
-from radar_service.world.scene import Scene
-from radar_service.world.shapes import SHAPES, shape_mesh
+from radar_service.trace import OcclusionScene
+from radar_service.world import SHAPES, Body, BodyPoses, Mesh, Motion, Scene, map_from_bodies, material_from_name, shape_mesh
 
 SIDE = 20.0  # wavelengths of plates, legs and heights: 0.6 m at X band, where edges and near fields matter little
 RADIUS = 4.0  # wavelengths

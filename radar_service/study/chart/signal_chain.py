@@ -10,28 +10,29 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.echoes import BeamTable, Echoes
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Complexes, Floats, Indices, Profiles
-from radar_service.radar.antenna import grid_rows
-from radar_service.radar.parameters import Radar
-from radar_service.radar.patterns import printed_two_way
-from radar_service.receive.beam import azimuth_kernel, beam_filter
-from radar_service.receive.chirp_sum import (
+from radar_service.echo import BeamTable, Echoes
+from radar_service.numerics import Complexes, Floats, Indices, Profiles, wrap_angle
+from radar_service.radar import Radar, grid_rows, printed_two_way
+from radar_service.receive import (
+    Compression,
+    Kernel,
+    PulseKernel,
+    azimuth_kernel,
+    beam_filter,
     chirp,
-    chirp_sum,
     compress,
+    compression_for,
     exact_chirp_sum,
     impulse_sum,
     pulse_times,
     sample_delay,
+    spread,
+    waveform_spectra,
     window,
 )
-from radar_service.receive.compression import Compression, compression_for, waveform_spectra
-from radar_service.receive.gridding import Kernel, spread
-from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.records.fidelity import PRESETS, Fidelity
-from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS
+from radar_service.receive.chirp_sum import chirp_sum
+from radar_service.records import PRESETS, Fidelity
+from radar_service.trace import BOX_BEAMWIDTHS
 
 Run = Callable[[Echoes, Indices], Profiles]
 BLOCK = 16  # azimuths computed together, as in the engine

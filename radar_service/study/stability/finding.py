@@ -9,11 +9,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from radar_service.numerics.types import Complexes, Floats, Profiles
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Complexes, Floats, Profiles
+from radar_service.radar import Radar
 from radar_service.scene_file.load import load_scene
 from radar_service.study.compressed_pulse import compressed_chirp
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 Response = Literal["no failure", "another method", "physical limit", "limited output", "warning", "refusal", "documented"]
 RESPONSES: dict[Response, str] = {

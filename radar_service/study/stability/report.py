@@ -14,8 +14,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullFormat
 
 from radar_service.study.plotting import COLOURS, LIMIT, new_figure, number, style, svg_text
 from radar_service.study.stability.finding import RESPONSES, Axis, Finding
-from radar_service.terminal.html_pages import html_page
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.terminal import html_page, make_folder, write_file
 
 HEIGHT, LEGEND_ROW = 3.0, 0.2  # inches
 COLUMNS = 3  # of the legend

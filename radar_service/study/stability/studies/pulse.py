@@ -5,9 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Floats
-from radar_service.receive.compression import compression_for
+from radar_service.numerics import SPEED_OF_LIGHT, Floats
+from radar_service.receive import compression_for
 from radar_service.scene_file.model.radar import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
-from radar_service.propagation.radar_equation import two_way_phase
+from radar_service.numerics import Floats
+from radar_service.propagation import two_way_phase
 from radar_service.study.stability.finding import (
     WAVELENGTH,
     Axis,
@@ -19,15 +19,15 @@ from radar_service.study.stability.finding import (
     decades,
     plain,
 )
-from radar_service.trace.embree import TriangleScene
-from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
-from radar_service.trace.moller_trumbore import printed_crossings, watertight_crossings
-from radar_service.trace.occluder import Occluder
-from radar_service.world.body import Body, Mesh
-from radar_service.world.materials import material_from_name
-from radar_service.world.motion import Motion
-from radar_service.world.poses import BodyPose
-from radar_service.world.shapes import SHAPES
+from radar_service.trace import (
+    Occluder,
+    OcclusionScene,
+    SurfacePoints,
+    TriangleScene,
+    printed_crossings,
+    watertight_crossings,
+)
+from radar_service.world import SHAPES, Body, BodyPose, Mesh, Motion, material_from_name
 
 DISTANCE = 1000.0  # m from the origins of the rays to the small triangles
 TOWARD = np.array([0.27, -0.94, 0.21])  # direction from the sphere to the origins of the rays
