@@ -11,10 +11,8 @@ from importlib import import_module
 from typing import Any
 
 from radar_service.commands.command_line import module_of, parser
-from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.extras import MissingExtra
-from radar_service.terminal.output_files import NO_ROOM
-from radar_service.world.error import SceneError
+from radar_service.terminal import NO_ROOM, MissingExtra, UsageError
+from radar_service.world import SceneError
 
 PIPE_CLOSED = 141  # exit status, 128 + SIGPIPE, as shells report programs that a closed pipe ends
 
@@ -64,7 +62,7 @@ def _blas_limit(command: str) -> contextlib.AbstractContextManager[Any]:
     """Keeps BLAS to one thread for the whole command; `serve` does no such arithmetic in this process."""
     if command in ("serve", "replay"):
         return contextlib.nullcontext()
-    from radar_service.numerics.parallel import BLAS_LIMIT
+    from radar_service.numerics import BLAS_LIMIT
 
     return BLAS_LIMIT.held()
 

@@ -10,7 +10,7 @@ from functools import cache
 from importlib import metadata
 from typing import Any
 
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 
 class PlugInError(UsageError):

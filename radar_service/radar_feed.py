@@ -19,20 +19,29 @@ from websockets.exceptions import WebSocketException
 from websockets.sync.client import ClientConnection, connect
 
 from radar_service import wire
-from radar_service.numerics.frames import wrap_angle
-from radar_service.receive.detection import square_law
-from radar_service.records.cell_sources import PowersOf, SourceRequest, source_request, text_of
-from radar_service.records.reports import FeedErrorCounts
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
-from radar_service.scans.scan import Scan, scan_of
+from radar_service.numerics import wrap_angle
+from radar_service.records import (
+    Crossing,
+    FalseEcho,
+    FeedErrorCounts,
+    Kinematics,
+    OwnShipTruth,
+    PowersOf,
+    Snapshot,
+    SourceRequest,
+    SpokeBlock,
+    source_request,
+    square_law,
+    text_of,
+)
+from radar_service.scans import Scan, scan_of
 from radar_service.scene_file.load import load_scene, model_from
 from radar_service.scene_file.model.platform import radar_entries
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_named
 from radar_service.strict_json import tupled
 from radar_service.wire import SpokeRows
-from radar_service.world.scene import Scene, known_radar
+from radar_service.world import Scene, known_radar
 
 RECEIVE_TIMEOUT = 60.0  # s until the next message
 CLOSE_TIMEOUT = 1.0  # s to say goodbye: messages that nobody reads any more may stand before the answer

@@ -5,14 +5,18 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, Protocol, runtime_checkable
 
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
-from radar_service.records.cell_sources import PowersOf, SourceList
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import Crossing, ShipStates, Snapshot, Truth
-from radar_service.world.commands import Command
-from radar_service.world.outline import SceneOutline
+from radar_service.numerics import Floats
+from radar_service.radar import Radar
+from radar_service.records import Crossing, Fidelity, PowersOf, ShipStates, Snapshot, SourceList, SpokeBlock, Truth
+from radar_service.world import Command, SceneOutline
+
+
+class SpokeSourceFault(Exception):
+    """The spoke source failed. The text says why."""
+
+
+class BusyFault(SpokeSourceFault):
+    """The spoke source cannot do it now, but may do so soon: the machine is too busy, or its process is replaced."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,21 +15,25 @@ ROOT = Path(__file__).parents[1]
 parsed = cache(ast.parse)  # several rules look at each file
 SOURCES = [*sorted((ROOT / "radar_service").rglob("*.py")), *sorted((ROOT / "clients" / "ppi").rglob("*.py"))]
 TESTS = sorted((ROOT / "tests").rglob("*.py"))
-MIN_LINES, MAX_LINES = 40, 400  # of a file
+MIN_LINES, MAX_LINES = 40, 600  # of a file
 SHORT = {  # files below MIN_LINES that are right so: what several need and nobody owns, or what a rule gives a file of its own
     "clients/ppi": "address errors",
     "radar_service": "public_names pytest_plugin strict_json",
-    "radar_service/commands": "chart check plan schema stability",
+    "radar_service/commands": "believed chart check plan schema stability",
     "radar_service/display": "last_scan",
     "radar_service/numerics": "constants gamma_law kaiser_bessel ragged types",
     "radar_service/ports/ais": "ais_port",
+    "radar_service/plots": "picture",
     "radar_service/processes": "stop_signals",
     "radar_service/recording": "error mcap_library",
     "radar_service/records": "plan_item",
+    "radar_service/scattering": "models",
     "radar_service/service": "settings token_bucket",
+    "radar_service/sources": "numbers",
     "radar_service/terminal": "extras html_pages",
     "radar_service/world": "error",
 }
+FOR_USERS = ("scans", "plots", "bench", "recording")  # rooms whose `__all__` documents name
 MAX_MEDIAN = 8  # lines of a function, its docstring not counted
 EMPTY_NAMES = ("util", "utils", "helper", "helpers", "manager", "managers", "base", "common", "misc")
 REGISTRIES = re.compile(
@@ -149,6 +153,34 @@ def test_no_address_of_a_package_registry_stands_in_a_tracked_file() -> None:
 def test_addresses_of_registries_are_found() -> None:
     hosts = [".".join(parts) for parts in (("registry", "npmjs", "org"), ("files", "pythonhosted", "org"), ("pypi", "org"))]
     assert all(REGISTRIES.search(f"curl https://{host}/x") for host in hosts)
+
+
+def imported(file: Path) -> list[tuple[str, str, str]]:
+    """The room, the module and the name of all that a file imports from the package's rooms."""
+    nodes = [node for node in ast.walk(parsed(file.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom)]
+    modules = [(node.module or "", node.names) for node in nodes if (node.module or "").startswith("radar_service.")]
+    return [(module.split(".")[1], module, name.name) for module, names in modules for name in names]
+
+
+def test_rooms_with_a_front_door_are_entered_there() -> None:
+    """What the `__init__` of a room lists is what other rooms import, and they import it from there. A name that is also a file's
+    cannot be listed."""
+    listing = [file for file in SOURCES if "lazily(__name__)" in file.read_text(encoding="utf-8")]
+    inits = [file for file in listing if file.match("radar_service/*/__init__.py")]
+    doors = {file.parent.name: {name for room, _, name in imported(file) if room == file.parent.name} for file in inits}
+    entered: dict[str, set[str]] = {room: set() for room in doors}
+    for file in {*(ROOT / "radar_service").rglob("*.py")} - {*listing}:
+        own = file.relative_to(ROOT / "radar_service").parts[0]
+        for room, module, name in imported(file):
+            if room in doors and room != own:
+                assert module.count(".") == 1 or name not in doors[room], (
+                    f"{name_of(file)}: import {name} from the room {room}"
+                )
+                entered[room].add(name)
+    unused = {
+        room: names - entered[room] for room, names in doors.items() if room not in FOR_USERS and names - entered[room]
+    }
+    assert not unused, f"no other room imports these, take them off the `__init__`: {unused}"
 
 
 def test_files_are_short() -> None:
@@ -291,7 +323,7 @@ def test_arguments_that_do_not_exist_are_found() -> None:
 
 def mirrored(file: Path) -> list[Path]:
     """Where the tests of a module may stand: radar_service/echo/moving.py has tests/echo/test_moving.py; where few, as for
-    radar_service/world/outline.py, in that of the folder below `# outline: ...`. A study may do without: one test runs all."""
+    radar_service/world/error.py, in that of the folder below `# error: ...`. A study may do without: one test runs all."""
     parts = list(file.relative_to(ROOT).with_suffix("").parts)
     parts = parts[1:] if parts[0] == "radar_service" else ["clients", *parts[2:]]
     stem = parts[-1].strip("_")

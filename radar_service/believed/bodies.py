@@ -8,7 +8,7 @@ import numpy as np
 
 from radar_service.believed.run import BARE, NM, Figure, Measurement, Run, Table, around, placed, ring, sections
 from radar_service.believed.targets import CARGO, RIB, YACHT
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 ASPECTS, TURNS = 72, 2  # bearings of a scan, and scans with other headings: aspects 2.5 degrees apart
 REQUIRED = {9.41e9: 7.5, 3.05e9: 0.5}  # m2, MSC.164(78)

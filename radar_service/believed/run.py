@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Singles
-from radar_service.radar.sets import radar_sets
+from radar_service.numerics import Floats, Singles
+from radar_service.radar import radar_sets
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 
 Table = dict[str, Any]  # of a scene file
 Measurement = Callable[["Run"], list["Figure"]]
@@ -47,8 +47,7 @@ class Figure:
     @classmethod
     def near(cls, what: str, computed: float, published: float, share: float, unit: str = "") -> "Figure":
         """Returns a figure that may differ by a share of what was published."""
-        half = abs(published) * share
-        return cls(what, computed, published - half, published + half, unit)
+        return cls.within(what, computed, published, abs(published) * share, unit)
 
     @classmethod
     def within(cls, what: str, computed: float, published: float, half: float, unit: str = "") -> "Figure":

@@ -7,10 +7,9 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from radar_service.believed.run import BARE, NM, SETS, Figure, Measurement, Run, Table, X, db, placed, reaching, ring
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
-from radar_service.scans.scan import Scan
+from radar_service.numerics import SPEED_OF_LIGHT, Floats
+from radar_service.radar import Radar
+from radar_service.scans import Scan
 from radar_service.simulator import Simulator
 
 POINT: Table = {"shape": "point", "rcs_dbsm": 30}

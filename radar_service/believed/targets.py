@@ -21,10 +21,9 @@ from radar_service.believed.run import (
     reaching,
     ring,
 )
-from radar_service.numerics.gamma_law import known_level_factor
-from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.radar.parameters import Radar
-from radar_service.scans.scan import Scan
+from radar_service.numerics import Floats, Indices, Singles, known_level_factor
+from radar_service.radar import Radar
+from radar_service.scans import Scan
 from radar_service.simulator import Simulator
 
 PFA, CRITERION, SCANS = 1e-4, 0.8, 20  # MSC.192(79) 5.3.1.1: 8 of 10 scans

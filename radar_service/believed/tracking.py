@@ -7,14 +7,14 @@ from pathlib import Path
 import numpy as np
 
 from radar_service.believed.run import Figure, Measurement, Run, Table
+from radar_service.bench import load_scenario
 from radar_service.bench.bench import bench
 from radar_service.bench.run import threshold_of
-from radar_service.bench.scenario import PlotSettings, load_scenario
-from radar_service.numerics.types import Floats
-from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.plot_report import labelled_plots
+from radar_service.bench.scenario import PlotSettings
+from radar_service.numerics import Floats
+from radar_service.plots import PlotExtractor, labelled_plots
 from radar_service.scene_file.document import packaged_folder
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 
 SEEDS = 3
 

@@ -9,12 +9,8 @@ import numpy as np
 from radar_service.bench.scenario import AisStation
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.trackers.tracker import AisTarget, moved_on
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.random import generator, name_key
-from radar_service.numerics.types import Floats
-from radar_service.world.ais import AisShip
-from radar_service.world.ais_reporting import TENTHS, Reporting
+from radar_service.numerics import KNOT, Floats, generator, name_key, wrap_angle
+from radar_service.world import TENTHS, AisShip, Reporting
 
 DISTINCT = 200.0  # m: reports that are farther off than tracks may be are those of no target (MSC.192(79) 5.30.3)
 Received = tuple[float, AisTarget, str | None]  # time of reception [s], report, and the target whose state it is

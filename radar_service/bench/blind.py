@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from radar_service.bench.trackers.sealed_child import CREATE_RULESET
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.terminal import make_folder, write_file
 
 SALT = "salt.json"
 SEEDS = 1 << 53  # as many as JSON keeps in any language, and too many to try

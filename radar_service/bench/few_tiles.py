@@ -9,19 +9,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
-from radar_service.echo.moving import MovingEchoes
+from radar_service.echo import AzimuthTimes, BeamWeightedEchoes, MovingEchoes
 from radar_service.engine.pipeline import noise_amplitude, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Indices
-from radar_service.plots.detections import Detections
-from radar_service.plots.extractor import PlotExtractor, ScanPlots
-from radar_service.plots.thresholds import KnownThreshold, Threshold
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.receive.detection import square_law
-from radar_service.records.reports import Readings
+from radar_service.numerics import BLAS_LIMIT, Floats, Indices, wrap_angle
+from radar_service.plots import Detections, KnownThreshold, PlotExtractor, ScanPlots, Threshold
+from radar_service.propagation import received_amplitude
+from radar_service.records import Readings, square_law
 from radar_service.simulation.engine_set_up import pipeline_set_up
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_in

@@ -7,7 +7,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 from radar_service.bench.report import bound_of, event_line, failure_lines, number_of, unit_of
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 
 
 def write_junit(report: Mapping[str, Any], path: Path, strict: bool = False) -> None:

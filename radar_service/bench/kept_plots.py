@@ -22,10 +22,10 @@ from radar_service.bench.scores.scan_result import ScanResult, Surroundings, Tar
 from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.engine.preparation import Prepared
 from radar_service.numerics.arithmetic import arithmetic
-from radar_service.plots.flood import flood_remark
+from radar_service.plots import flood_remark
 from radar_service.simulator import Simulator
 from radar_service.strict_json import tupled
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.terminal import make_folder, write_file
 from radar_service.terminal.progress import progress
 
 SCHEMA = 3

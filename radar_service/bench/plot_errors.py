@@ -12,10 +12,8 @@ import numpy as np
 
 from radar_service.bench.scenario import OTHERS_M, PlotErrors, Scenario
 from radar_service.bench.scores.scan_result import TargetTruth, as_reported
-from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.random import PLOT_ERRORS, generator
-from radar_service.numerics.types import Floats
-from radar_service.plots.plot import Plot
+from radar_service.numerics import PLOT_ERRORS, Floats, generator, wrap_bearing
+from radar_service.plots import Plot
 
 NEAR = 50.0  # m: a plot within half the length of an extended target and this is hers
 ROLL_SHARE = (3.0 / 256.0) ** 0.5  # root mean square of `roll_error` over its phase and all bearings, of the roll's square

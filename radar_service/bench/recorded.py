@@ -12,7 +12,7 @@ import numpy as np
 from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.trackers.tracker import TrackerInput
-from radar_service.plots.plot import Plot
+from radar_service.plots import Plot
 
 UNKNOWN_DB = 20.0  # dB over noise, of all plots of a recording without levels
 Recording = Mapping[

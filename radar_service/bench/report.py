@@ -7,8 +7,7 @@ from typing import Any
 
 from radar_service.bench.run_picture import run_picture
 from radar_service.bench.scenario import PLOT_METRICS
-from radar_service.terminal.html_pages import html_page
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import html_page, write_file
 
 UNITS = {"_m_s": "m/s", "_m": "m", "_deg": "degrees", "_kn": "kn", "_nm": "NM", "_min": "min", "_s": "s", "_h": "1/h"}
 JUDGED = ("_1min", "_3min", "_median", "_95")  # when a metric of motion is judged

@@ -15,22 +15,15 @@ from radar_service.bench.scores.scan_result import ScanResult, Surroundings, Tar
 from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
 from radar_service.engine.preparation import Prepared
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats
-from radar_service.plots.clusters import ClusterRule
-from radar_service.plots.extractor import PlotExtractor, ScanPlots, in_clutter
-from radar_service.plots.marine import PFA as MARINE_PFA
-from radar_service.plots.marine import threshold
-from radar_service.plots.plot import Plot
-from radar_service.plots.thresholds import Threshold
-from radar_service.records.reports import Readings
-from radar_service.records.truth import Crossing, Kinematics, OwnShipTruth
-from radar_service.scans.scan import Scan
+from radar_service.numerics import BLAS_LIMIT, Floats
+from radar_service.plots import PFA as MARINE_PFA
+from radar_service.plots import ClusterRule, Plot, PlotExtractor, ScanPlots, Threshold, in_clutter, threshold
+from radar_service.records import Crossing, Kinematics, OwnShipTruth, Readings
+from radar_service.scans import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.trace.land_mask import LandMask
-from radar_service.world.poses import pose_at
-from radar_service.world.scene import Scene
+from radar_service.trace import LandMask
+from radar_service.world import Scene, pose_at
 
 PFA, DEFAULT_PFA = 1e-7, {"marine": MARINE_PFA}  # where a scenario sets none
 LAND_STEP = 50.0  # m between places of land, within which tracks may be false

@@ -15,8 +15,8 @@ from radar_service.bench.scores.events import Event, gravest
 from radar_service.bench.scores.judged_scan import CUTOFF
 from radar_service.display.picture import picture_from_power
 from radar_service.display.ppi import scan_convert
-from radar_service.numerics.types import Floats, Singles
-from radar_service.scans.scan import Scan
+from radar_service.numerics import Floats, Singles
+from radar_service.scans import Scan
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -18,9 +18,9 @@ from socket import AF_INET, SOCK_DGRAM, socket
 from threading import Condition, Thread
 from typing import IO, Any, TextIO
 
-from radar_service.numerics.constants import NAUTICAL_MILE
+from radar_service.numerics import NAUTICAL_MILE
 from radar_service.radar_feed import OwnShip, own_ships
-from radar_service.world.geo import Origin, map_from_geographic
+from radar_service.world import Origin, map_from_geographic
 
 SENTENCE = re.compile(r"\$([A-Z]{2}(TTM|TLL),([ -~]*))\*([0-9A-F]{2})")
 TREND = 60.0  # s over which places make a velocity: MSC.192(79) 5.25.4 asks for the trend of motion after a minute

@@ -23,8 +23,8 @@ from radar_service.bench.trackers.trackers import is_program
 from radar_service.radar_feed import RunningService, release, service
 from radar_service.scene_file.load import load_scene, model_from
 from radar_service.scene_file.model.platform import radar_entries
-from radar_service.terminal.output_files import make_folder
-from radar_service.world.scene import known_radar
+from radar_service.terminal import make_folder
+from radar_service.world import known_radar
 
 CHILD = "radar_service.bench.video_child"  # the program that gives plots of the product's own extractor to a tracker
 TTM_CHILD = "radar_service.bench.ttm_child"

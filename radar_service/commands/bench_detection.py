@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 
+from radar_service.bench import Scenario, load_scenario
 from radar_service.bench.detection.clutter import BANDS, ClutterCase, clutter_study, clutter_summary
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
-from radar_service.bench.scenario import CLUTTER, Scenario, load_scenario
+from radar_service.bench.scenario import CLUTTER
 from radar_service.commands.shared_options import add_jobs, workers_of
 from radar_service.numerics import NAUTICAL_MILE
 from radar_service.scene_file.load import load_scene

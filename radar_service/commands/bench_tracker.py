@@ -9,21 +9,14 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from radar_service.bench import Scenario, load_scenario, scenarios
 from radar_service.bench.bench import Runs, bench, plots_folder
 from radar_service.bench.bench import report as report_of
 from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_interest
 from radar_service.bench.junit import write_junit
 from radar_service.bench.report import comparison, plot_table, summary_table, verdict_table, write_report
 from radar_service.bench.run import simulator_of
-from radar_service.bench.scenario import (
-    PROFILES,
-    Scenario,
-    load_scenario,
-    load_scenarios,
-    scenarios,
-    with_profile,
-    with_video,
-)
+from radar_service.bench.scenario import PROFILES, load_scenarios, with_profile, with_video
 from radar_service.bench.scores.verdicts import LOOKS, MISSES, RUNS, SHARE, SMOKE_RUNS, boundaries, chance_to_pass
 from radar_service.bench.single_run import single_run
 from radar_service.bench.trackers.trackers import is_built_in, is_program

@@ -7,8 +7,7 @@ from radar_service.commands.shared_options import add_radar, add_scene
 from radar_service.plan.body_errors import body_remarks
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.physical_optics.plating import upright_warnings
+from radar_service.scattering import scattering_model, upright_warnings
 from radar_service.scene_file.describe import describe, overview
 from radar_service.scene_file.load import load_scene
 

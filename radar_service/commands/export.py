@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from radar_service import plug_ins
-from radar_service.terminal.arguments import UsageError, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare, written
+from radar_service.terminal import UsageError, add_overwrite, file_ending, prepare, written
 
 if TYPE_CHECKING:
-    from radar_service.numerics.types import Singles
+    from radar_service.numerics import Singles
     from radar_service.ports.udp.capture import Capture
-    from radar_service.recording.recording import Recording
+    from radar_service.recording import Recording
     from radar_service.service.spokes import SpokeSink
 
 
@@ -41,9 +40,8 @@ def run(options: argparse.Namespace) -> int:
     if not options.recording.is_file():
         raise FileNotFoundError(errno.ENOENT, "there is no such file; give a recording", str(options.recording))
     from radar_service.ports.udp.capture import Capture
+    from radar_service.recording import Recording, RecordingError
     from radar_service.recording.chunk_table import ChunkTable, recorded_radars
-    from radar_service.recording.error import RecordingError
-    from radar_service.recording.recording import Recording
 
     radars = recorded_radars(ChunkTable(options.recording))
     radar = options.radar or next(iter(radars), "0")

@@ -8,7 +8,7 @@ from radar_service.plan.budget import PACE_HELP, finite_pace
 from radar_service.plan.plan import plan_in_time
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,18 +8,22 @@ from functools import partial
 
 from radar_service.commands.shared_options import add_radar, add_scene, add_simulation, simulator_options
 from radar_service.display.units import add_unit
-from radar_service.plots.extractor import PlotExtractor, in_clutter
-from radar_service.plots.marine import PFA, threshold
-from radar_service.plots.plot_report import PlotReport, labelled_plots
-from radar_service.plots.thresholds import Threshold
-from radar_service.scans.scan import Scan
+from radar_service.plots import PFA, PlotExtractor, PlotReport, Threshold, in_clutter, labelled_plots, threshold
+from radar_service.scans import Scan
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_whole_number, file_ending, number_between
-from radar_service.terminal.output_files import add_overwrite, prepare, write_file
+from radar_service.terminal import (
+    UsageError,
+    add_overwrite,
+    add_whole_number,
+    file_ending,
+    number_between,
+    prepare,
+    write_file,
+)
 from radar_service.terminal.progress import progress
-from radar_service.trace.land_mask import LandMask
-from radar_service.world.scene import Scene
+from radar_service.trace import LandMask
+from radar_service.world import Scene
 
 NEVER = "-"
 GUARD, WINDOW = 100.0, 300.0  # m

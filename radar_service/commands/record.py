@@ -10,17 +10,24 @@ from typing import TYPE_CHECKING, Any
 from tqdm import tqdm
 
 from radar_service.commands.shared_options import SCENE_HELP, add_simulation, simulator_options
-from radar_service.numerics.types import Singles
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.numerics import Singles
+from radar_service.records import SourceRequest
 from radar_service.scene_file.load import load_scene
 from radar_service.service.controls import controls_state
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, new_epoch_name
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, check_sources, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare
-from radar_service.world.commands import CommandLog
+from radar_service.terminal import (
+    UsageError,
+    add_overwrite,
+    add_sources,
+    add_whole_number,
+    check_sources,
+    file_ending,
+    prepare,
+)
+from radar_service.world import CommandLog
 
 if TYPE_CHECKING:
     from radar_service.recording.radar_recording import RadarRecording

@@ -12,7 +12,7 @@ from radar_service.ports.registry import add_ports, opened
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.stop_signals import ended_by_signals
 from radar_service.service import logs
-from radar_service.terminal.arguments import add_whole_number, number_between
+from radar_service.terminal import add_whole_number, number_between
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

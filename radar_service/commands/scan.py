@@ -14,14 +14,20 @@ from radar_service.commands.shared_options import add_radar, add_scene, add_simu
 from radar_service.display.last_scan import last_scan_png
 from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
 from radar_service.display.video import Controls, layout
-from radar_service.records.spokes import SpokeBlock
-from radar_service.scans.dataset import exporter
-from radar_service.scans.file import SUFFIX
-from radar_service.scans.scan import Scan, save_scans, scan_of
+from radar_service.records import SpokeBlock
+from radar_service.scans import SUFFIX, Scan, exporter, save_scans, scan_of
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.terminal.arguments import UsageError, add_sources, add_whole_number, check_sources, file_ending
-from radar_service.terminal.output_files import add_overwrite, prepare, write_file
+from radar_service.terminal import (
+    UsageError,
+    add_overwrite,
+    add_sources,
+    add_whole_number,
+    check_sources,
+    file_ending,
+    prepare,
+    write_file,
+)
 from radar_service.truth.truth_file import truth_line, truth_lines
 
 PICTURE_SIZE = 900  # pixels

@@ -5,8 +5,7 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from radar_service.terminal.arguments import add_whole_number
-from radar_service.terminal.output_files import make_folder
+from radar_service.terminal import add_whole_number, make_folder
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

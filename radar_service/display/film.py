@@ -10,7 +10,7 @@ from PIL import Image
 
 from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES, colour_map
 from radar_service.display.picture import HEADING, NORTH, RING, SCALE, SURROUND, UNSEEN, Page
-from radar_service.terminal.output_files import written
+from radar_service.terminal import written
 
 MAX_FPS = 25  # browsers play a GIF of 50 and more at 10
 MAP_LEVELS, LINE_BLENDS = 202, 13  # colours of the map, and of each line over the sea: 256 with SURROUND and UNSEEN

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from radar_service.display.picture import render_png
 from radar_service.display.units import DEFAULT_UNIT, Unit
 from radar_service.display.video import Controls, Layout, display_video
-from radar_service.numerics.types import Singles
+from radar_service.numerics import Singles
 
 Rows = tuple[NDArray[np.intp], Singles, Singles | None]
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from io import BytesIO
 from math import cos, sin
-from typing import Any, TypedDict, Unpack
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,11 @@ from PIL import Image, ImageDraw, ImageFont
 from radar_service.display.palettes import DEFAULT_PALETTE, colour_map
 from radar_service.display.ppi import Interpolation, scan_convert
 from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
-from radar_service.numerics.types import Flags
+from radar_service.numerics import Flags
 
 Bytes = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 Draw = ImageDraw.ImageDraw
-Page = Image.Image  # a drawn picture
 
 SEA: Colour = (4, 18, 29)  # of the default palette
 UNSEEN: Colour = (38, 38, 42)  # grey: no spoke yet, which differs from no echo
@@ -49,28 +48,7 @@ def picture_from_power(
     return bright
 
 
-class Drawing(TypedDict, total=False):
-    """Options of a picture; `render_image` explains them."""
-
-    range_max: float | None
-    size: int
-    heading: float | None
-    head_up: bool
-    title: str
-    filled: Flags | None
-    interpolation: Interpolation | None
-    palette: str
-    unit: Unit
-
-
-def render_png(picture: Bytes, range_first: float, range_step: float, **drawing: Unpack[Drawing]) -> bytes:
-    """The PNG of the image from `render_image`; same arguments."""
-    out = BytesIO()
-    render_image(picture, range_first, range_step, **drawing).save(out, "PNG", compress_level=4)
-    return out.getvalue()
-
-
-def render_image(
+def render_png(
     picture: Bytes,
     range_first: float,
     range_step: float,
@@ -81,16 +59,14 @@ def render_image(
     head_up: bool = False,
     title: str = "",
     filled: Flags | None = None,
-    interpolation: Interpolation | None = None,
     palette: str = DEFAULT_PALETTE,
     unit: Unit = DEFAULT_UNIT,
-) -> Page:
-    """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
+) -> bytes:
+    """Returns the PNG of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
 
     range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad], None or NaN for no
-    line; head_up: turns it to the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak`
-    where pixels are larger than range cells, so that each target is drawn, else `bilinear`. palette: a name of
-    `palettes.PALETTES`. unit: of ranges and rings.
+    line; head_up: turns it to the top. filled: (A,) rows that have a spoke; the others are grey. palette: a name of
+    `palettes.PALETTES`. unit: of ranges and rings. Where pixels are larger than range cells, each shows its strongest cell.
     Raises ValueError for a picture that is not bytes, for a size outside 64 to 4096, and for head_up without a heading.
     """
     if picture.dtype != np.uint8:
@@ -103,7 +79,7 @@ def render_image(
     radius = range_max if range_max is not None else range_first + (picture.shape[1] - 0.5) * range_step
     up = float(heading) if head_up and heading is not None else 0.0
     dial = _Dial(size, up)
-    mode = interpolation or ("peak" if 2.0 * radius / dial.width > range_step else "bilinear")
+    mode: Interpolation = "peak" if 2.0 * radius / dial.width > range_step else "bilinear"
     bright = scan_convert(picture, range_first, range_step, dial.width, radius, up, mode)
     disc = colour_map(palette)[np.rint(bright).astype(np.uint8)]
     if filled is not None and not filled.all():
@@ -113,7 +89,9 @@ def render_image(
     image = dial.overlay(image, lambda draw: _lines(draw, dial, radius, heading, unit))
     orientation = "head up" if head_up else "north up"
     _labels(ImageDraw.Draw(image), dial, radius, heading, [title, orientation], unit)
-    return image
+    out = BytesIO()
+    image.save(out, "PNG", compress_level=4)
+    return out.getvalue()
 
 
 RING_LABELS = np.radians(285.0)  # bearing of the labels of the rings, clockwise from the top of the page

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, Singles
 
 Reals = NDArray[np.floating[Any]] | float
 Integers = NDArray[np.integer[Any]] | list[int] | int

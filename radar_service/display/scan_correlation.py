@@ -10,9 +10,9 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Floats, Singles
-from radar_service.radar.parameters import Radar
-from radar_service.records.spokes import SpokeBlock
+from radar_service.numerics import Floats, Singles
+from radar_service.radar import Radar
+from radar_service.records import SpokeBlock
 
 SPEED = 15.0  # m/s along the beam, up to which any target is kept: 29 kn; a longer gate would keep more spikes
 NO_SPOKE = -(2**62)  # before all numbers: a scan before the first spoke they are negative

@@ -4,7 +4,7 @@ from argparse import ArgumentParser
 from math import ceil, floor, log2, log10
 from typing import Final, Literal, NamedTuple
 
-from radar_service.numerics.constants import NAUTICAL_MILE
+from radar_service.numerics import NAUTICAL_MILE
 
 Unit = Literal["nm", "m"]
 DEFAULT_UNIT: Unit = "nm"

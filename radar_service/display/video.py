@@ -18,8 +18,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from radar_service.display.scan_correlation import excess_db
-from radar_service.numerics.gamma_law import clutter_level_factor, known_level_factor
-from radar_service.numerics.types import Flags, Floats, Profiles, Singles
+from radar_service.numerics import Flags, Floats, Profiles, Singles, clutter_level_factor, known_level_factor
 
 AUTO_PFA = 1e-6  # false alarms per cell of noise or exponential clutter under auto gain: one or two in a scan
 MARGIN_DB = 10.0 * math.log10(known_level_factor(AUTO_PFA))  # threshold over the mean of exponential power

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.predictions import NEAREST
-from radar_service.world.body import Body
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats, Indices
+from radar_service.scattering import NEAREST
+from radar_service.world import Body, Scene
 
 JUMP_PHASE = 0.02  # rad: jumps of the phase at the ends of an echo below it are no corners
 KINK_PHASE = 0.16  # rad: what a rate that jumps changes from one node to the next; cubics across it err by a tenth

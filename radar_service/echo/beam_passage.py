@@ -23,15 +23,10 @@ from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.passage_nodes import CUBIC_PHASE, MAIN_BEAM, Part, part_nodes, sidelobe_envelope, stretches
 from radar_service.echo.shadow_nodes import Fields, ShadowRates, by_centre, by_range, telling_nodes
 from radar_service.echo.visibility import mast_speed
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.model import AspectModel, BodyEchoes, Caster, Instant
-from radar_service.scattering.predictions import NEAREST
-from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.poses import BodyPoses, pose_at
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats, Indices, ResultCache, wrap_angle
+from radar_service.scattering import NEAREST, AspectModel, BodyEchoes, Caster, Instant, ScattererSet
+from radar_service.trace import OcclusionScene
+from radar_service.world import BodyPoses, Scene, pose_at
 
 FAINT = 0.007  # one-way gain: an aspect that is wrong there errs by at most root 2 of it, -40 dB; the outer nodes are held
 SHADOW_GAIN = 0.01  # one-way gain, below which shadows stay as they are: what they change is then 1 % of the field at most

@@ -7,10 +7,8 @@ import numpy as np
 
 from radar_service.echo.echoes import BeamWeightedEchoes
 from radar_service.echo.second_time_around import max_apparent_range
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Complexes, Floats
-from radar_service.radar.aperture import ChangedPattern
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Complexes, Floats, wrap_angle
+from radar_service.radar import ChangedPattern, Radar
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,9 @@ import numpy as np
 from radar_service.echo.echoes import AzimuthTimes
 from radar_service.echo.range_history import Parabola, apparent_position, elevation_of
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.frames import Polar, polar_from_map
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.scattering.model import BodyEchoes
-from radar_service.world.poses import PoseArrays
+from radar_service.numerics import Flags, Floats, Indices, Polar, Singles, polar_from_map
+from radar_service.scattering import BodyEchoes
+from radar_service.world import PoseArrays
 
 
 @dataclass(frozen=True)

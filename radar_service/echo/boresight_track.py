@@ -12,12 +12,9 @@ import numpy as np
 
 from radar_service.echo.range_history import apparent_position
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.frames import effective_earth_radius, wrap_angle
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.model import BearingWedge
-from radar_service.scattering.resting_points import RestingPoints
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats, Indices, ResultCache, effective_earth_radius, wrap_angle
+from radar_service.scattering import BearingWedge, RestingPoints
+from radar_service.world import Scene
 
 NODES = 5  # instants over a part of the track, through which it is a polynomial: 1e-9 m over 0.1 s of a roll of 8 s
 NEWTON_STEPS = (

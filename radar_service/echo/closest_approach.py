@@ -6,14 +6,11 @@ time.
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import scattering_model
-from radar_service.world.body import Body
-from radar_service.world.motion import Motion
-from radar_service.world.scene import Scene
-from radar_service.world.steered_motion import SteeredMotion
+from radar_service.numerics import Floats
+from radar_service.propagation import received_amplitude
+from radar_service.records import Fidelity
+from radar_service.scattering import scattering_model
+from radar_service.world import Body, Motion, Scene, SteeredMotion
 
 MAX_MULTIPATH = 16.0  # |F|^4 at most: direct and reflected ray in phase, both ways
 FAR = 1e8  # m along the last segment: beyond any range that a radar may have

@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Complexes, Floats, Gain, Indices, Profiles, Singles
+from radar_service.numerics import Complexes, Floats, Gain, Indices, Profiles, Singles, wrap_angle
 
 SECOND_TIME = -1  # in place of a body's index: the echo is one of an earlier pulse
 GAINS_PER_BEAMWIDTH = 4096  # table entries: the nearest one errs by -74.8 dB of boresight at most

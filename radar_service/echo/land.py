@@ -16,16 +16,11 @@ from radar_service.echo.boresight_track import BoresightTrack, TrackPart
 from radar_service.echo.range_history import apparent_position, elevation_above, elevation_of, slant_range
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.visibility import mast_speed
-from radar_service.numerics.frames import Polar, effective_earth_radius
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.propagation.diffraction import diffraction_height
-from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.radar_equation import local_attenuation, received_amplitude, two_way_phase
-from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
-from radar_service.scattering.resting_points import RestingPoints
-from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
-from radar_service.world.environment import SightLines
-from radar_service.world.scene import Scene
+from radar_service.numerics import Complexes, Flags, Floats, Indices, Polar, effective_earth_radius
+from radar_service.propagation import LandBefore, diffraction_height, local_attenuation, received_amplitude, two_way_phase
+from radar_service.scattering import ALL_PATHS, BearingWedge, BodyEchoes, RestingPoints
+from radar_service.trace import OcclusionScene, SurfacePoints
+from radar_service.world import Scene, SightLines
 
 PIECE = 64  # azimuths
 NEAREST_BORDER = 150.0  # m

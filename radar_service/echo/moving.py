@@ -24,21 +24,11 @@ from radar_service.echo.range_history import (
 )
 from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.multipath import Site
-from radar_service.propagation.radar_equation import (
-    attenuation,
-    elevation_gain,
-    local_attenuation,
-    radar_two_rays,
-    received_amplitude,
-)
-from radar_service.scattering.swerling import Fluctuation
-from radar_service.world.environment import SightLines
-from radar_service.world.poses import BodyPoses, PoseArrays
-from radar_service.world.scene import Scene
+from radar_service.numerics import Flags, Floats, Indices, Singles, wrap_angle
+from radar_service.propagation import LandBefore, Site, elevation_gain, local_attenuation, radar_two_rays, received_amplitude
+from radar_service.propagation.radar_equation import attenuation
+from radar_service.scattering import Fluctuation
+from radar_service.world import BodyPoses, PoseArrays, Scene, SightLines
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
 FEW_ECHOES = 512  # around a tile: a block of their own takes longer than to compute them at twice as many azimuths

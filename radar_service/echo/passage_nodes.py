@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Floats, Indices, Singles
+from radar_service.radar import Radar
 
 MAX_PHASE = 0.4  # rad between nodes: on the way from one to the next, cells lose up to theta^2 / 12, 1.3 % or 0.12 dB
 CUBIC_PHASE = 0.8  # rad between nodes of these: up to 3 theta^4 / 128 is lost on the way, 1 %, in the outer intervals 1.7 %

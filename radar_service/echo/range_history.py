@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, Singles, wrap_angle
 
 PARABOLA_ERROR = 0.074  # see above
 TOLERANCE = 5e-6  # m off the parabola: 2 mrad of two-way phase at 9.41 GHz, -54 dB

@@ -7,17 +7,11 @@ import numpy as np
 from radar_service.echo.echoes import SECOND_TIME, Echoes
 from radar_service.echo.sea_paths import Paths, range_and_factor
 from radar_service.echo.second_time_around import apparent_range, max_apparent_range
-from radar_service.numerics.frames import Polar, polar_from_map
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
-from radar_service.scattering.model import Instant
-from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.shadow_sectors import ShadowSectors
-from radar_service.world.poses import BodyPoses, map_from_ordered_bodies
-from radar_service.world.scene import Scene
+from radar_service.numerics import Flags, Floats, Indices, Polar, ResultCache, polar_from_map
+from radar_service.propagation import LandBefore, received_amplitude, two_way_phase
+from radar_service.scattering import Instant, ScattererSet
+from radar_service.trace import OcclusionScene, ShadowSectors
+from radar_service.world import BodyPoses, Scene, map_from_ordered_bodies
 
 ROUNDING = 1e-9  # rad, by which azimuths may differ that are computed in two ways
 STEPS = 4  # kept: threads may be this many visibility steps apart before one is computed again

@@ -10,13 +10,20 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.echo.range_history import Parabola
-from radar_service.numerics.frames import Polar
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
-from radar_service.propagation.land_reflection import LandBefore
-from radar_service.propagation.multipath import Site, TwoRays, mean_square_factor, moved_excess, turned_back
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays
-from radar_service.radar.parameters import Radar
-from radar_service.world.environment import Environment
+from radar_service.numerics import Complexes, Flags, Floats, Indices, Polar, Profiles, Singles
+from radar_service.propagation import (
+    LandBefore,
+    Site,
+    TwoRays,
+    elevation_gain,
+    mean_square_factor,
+    moved_excess,
+    radar_two_rays,
+    turned_back,
+)
+from radar_service.propagation.radar_equation import attenuation
+from radar_service.radar import Radar
+from radar_service.world import Environment
 
 MAX_PHASE = 5e-4  # rad over half a block: F^2 held over less errs by -69 dB (0.67 of it, rms)
 MAX_ELEVATION = 1e-3  # of the vertical beamwidth: roots of gains held over less err by 1.3e-3 of boresight, -62 dB rms

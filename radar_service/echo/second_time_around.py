@@ -9,9 +9,8 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes, BeamWeightedEchoes
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import SPEED_OF_LIGHT, Floats
+from radar_service.radar import Radar
 
 MARGIN = 10.0  # m: nothing moves farther within a pulse repetition interval
 

@@ -17,13 +17,11 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.echo.passage_nodes import node_weights
-from radar_service.numerics.types import Complexes, Floats, Indices, Singles
-from radar_service.propagation.radar_equation import two_way_phase
-from radar_service.radar.parameters import Radar
-from radar_service.scattering.model import BodyEchoes, Caster
-from radar_service.scattering.predictions import NEAREST
-from radar_service.world.body import Body
-from radar_service.world.scene import Scene
+from radar_service.numerics import Complexes, Floats, Indices, Singles
+from radar_service.propagation import two_way_phase
+from radar_service.radar import Radar
+from radar_service.scattering import NEAREST, BodyEchoes, Caster
+from radar_service.world import Body, Scene
 
 STEADY = 0.001  # of a body's diagonal by which the edge of a shadow may move between two nodes,
 COHERENT = 1.5  # and wavelengths: lit up to an edge that moves on by 3.4, a cell was off by 0.7 of the largest

@@ -5,14 +5,10 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices
-from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant
-from radar_service.scattering.scatterer_set import ScattererSet
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.poses import BodyPoses
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats, Indices, ResultCache, wrap_angle
+from radar_service.scattering import BearingWedge, BodyEchoes, Instant, ScattererSet
+from radar_service.trace import OcclusionScene
+from radar_service.world import BodyPoses, Scene
 
 MAX_BEARING_DRIFT = 0.05  # rad that echoes which are not near may leave their bearing of the middle of a step
 PER_PERIOD = 32  # visibility steps in the shortest period of a body's sway

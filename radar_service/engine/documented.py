@@ -10,24 +10,27 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.frames import direction, effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.random import RAYS, generator
-from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
-from radar_service.propagation.attenuation import printed_atmosphere
-from radar_service.propagation.multipath import printed_two_ray_factor
-from radar_service.propagation.sea_surface import rms_wave_height
-from radar_service.radar.patterns import printed_two_way
-from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, printed_phase, pulse_times, sample_delay, window
-from radar_service.receive.detection import beam_spread, detect
-from radar_service.records.fidelity import Fidelity
-from radar_service.trace.embree import TriangleScene
-from radar_service.trace.moller_trumbore import TriangleList
-from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
-from radar_service.world.motion import Motion
-from radar_service.world.poses import BodyPoses
-from radar_service.world.presence import Presence, Presences
-from radar_service.world.scene import Scene
+from radar_service.numerics import (
+    BLAS_LIMIT,
+    RAYS,
+    Flags,
+    Floats,
+    Indices,
+    Profiles,
+    Singles,
+    direction,
+    effective_earth_radius,
+    generator,
+    polar_from_map,
+    wrap_angle,
+)
+from radar_service.propagation import printed_atmosphere, printed_two_ray_factor, rms_wave_height
+from radar_service.radar import printed_two_way
+from radar_service.receive import beam_spread, chirp, compress, detect, printed_phase, pulse_times, sample_delay, window
+from radar_service.receive.chirp_sum import chirp_sum
+from radar_service.records import Fidelity
+from radar_service.trace import BOX_BEAMWIDTHS, TriangleList, TriangleScene, azimuth_offsets, elevation_offsets
+from radar_service.world import BodyPoses, Motion, Presence, Presences, Scene
 
 TRACERS: dict[str, type[TriangleScene] | type[TriangleList]] = {"embree": TriangleScene, "moller_trumbore": TriangleList}
 ON_SURFACE = 1e-9  # of the range: a surface does not occlude a point that lies on it

@@ -13,28 +13,26 @@ from typing import NamedTuple
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.echo.boresight_track import BoresightTrack
-from radar_service.echo.echoes import AzimuthTimes
-from radar_service.echo.land import GROUND, NEAREST_BORDER, PIECE, LandPassages, joined
-from radar_service.echo.moving import MovingEchoes
-from radar_service.echo.range_history import slant_range
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Floats, Indices, Profiles
-from radar_service.propagation.multipath import turned_back
-from radar_service.propagation.radar_equation import two_way_phase
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import Compression, range_kernel
-from radar_service.receive.gridding import Kernel, KernelTable, spread
-from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import scattering_model
+from radar_service.echo import (
+    GROUND,
+    NEAREST_BORDER,
+    PIECE,
+    AzimuthTimes,
+    BoresightTrack,
+    LandPassages,
+    MovingEchoes,
+    ObservedEchoes,
+    joined,
+    slant_range,
+)
+from radar_service.numerics import Floats, Indices, Profiles, ResultCache, wrap_angle
+from radar_service.propagation import turned_back, two_way_phase
+from radar_service.radar import Radar
+from radar_service.receive import Compression, Kernel, KernelTable, PulseKernel, range_kernel, spread
+from radar_service.records import Fidelity
+from radar_service.scattering import scattering_model
 from radar_service.stages.registry import changed_pattern
-from radar_service.world.body import Body
-from radar_service.world.motion import Motion
-from radar_service.world.platform import Platform
-from radar_service.world.scene import Scene
+from radar_service.world import Body, Motion, Platform, Scene
 
 RINGS = 8  # bearings of points in a ring differ by less than 1/16 of what they change 150 m off
 BEAM_BAND, OVERSAMPLING = 0.8859, 2.9  # as of `antenna.grid_rows`

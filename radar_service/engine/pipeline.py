@@ -15,21 +15,25 @@ from itertools import pairwise
 import numpy as np
 import scipy.fft
 
-from radar_service.echo.block_geometry import ObservedEchoes
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes, concatenated
-from radar_service.echo.resting import OccludedEchoes
-from radar_service.echo.second_time_around import fold_ranges
+from radar_service.echo import AzimuthTimes, BeamWeightedEchoes, ObservedEchoes, OccludedEchoes, concatenated, fold_ranges
 from radar_service.engine.preparation import Prepared, beam_pattern, column
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.random import NOISE, generator
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles, Singles
-from radar_service.propagation.radar_equation import local_attenuation, two_way_phase
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
-from radar_service.receive.noise import integrate
+from radar_service.numerics import (
+    BLAS_LIMIT,
+    NOISE,
+    Complexes,
+    Flags,
+    Floats,
+    Indices,
+    Profiles,
+    Singles,
+    generator,
+    wrap_angle,
+)
+from radar_service.propagation import local_attenuation, two_way_phase
+from radar_service.receive import integrate, receiver_noise_power
+from radar_service.records import square_law
 from radar_service.stages.stage import Added, Tile
-from radar_service.world.environment import SightLines
+from radar_service.world import SightLines
 
 LOSS_STEP = 16  # bins from one to the next at which local attenuation is computed; in dB it is linear between
 

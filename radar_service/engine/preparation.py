@@ -6,34 +6,30 @@ from typing import cast
 
 import numpy as np
 
-from radar_service.echo.beam_paths import Beam, BeamPath, DirectPath
-from radar_service.echo.echoes import BeamTable, Echoes
-from radar_service.echo.land import LandPassages
-from radar_service.echo.moving import MovingEchoes
-from radar_service.echo.resting import PassingShadows, RestingEchoes, resting_echoes
-from radar_service.echo.second_time_around import max_echo_range
-from radar_service.echo.visibility import Visibility
+from radar_service.echo import (
+    Beam,
+    BeamPath,
+    BeamTable,
+    DirectPath,
+    Echoes,
+    LandPassages,
+    MovingEchoes,
+    PassingShadows,
+    RestingEchoes,
+    Visibility,
+    max_echo_range,
+    resting_echoes,
+)
 from radar_service.engine.land_rows import LandRows, follows_own_ship, is_diffuse_land, saves_time
-from radar_service.numerics.frames import effective_earth_radius, wrap_angle
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Floats, Profiles
-from radar_service.radar.antenna import grid_rows
-from radar_service.radar.aperture import ChangedPattern
-from radar_service.radar.parameters import Radar
-from radar_service.receive.beam import azimuth_kernel, beam_filter
-from radar_service.receive.compression import Compression, compression_for
-from radar_service.receive.gridding import spread
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.model import ScatteringContext
-from radar_service.scattering.resting_points import RestingModel
-from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
+from radar_service.numerics import BLAS_LIMIT, Floats, Profiles, effective_earth_radius, wrap_angle
+from radar_service.radar import ChangedPattern, Radar, grid_rows
+from radar_service.receive import Compression, azimuth_kernel, beam_filter, compression_for, spread
+from radar_service.records import Fidelity
+from radar_service.scattering import RestingModel, ScattererSet, ScatteringContext, build_scatterers
 from radar_service.stages.registry import changed_pattern, effects_in, has_paths, numbers_of
 from radar_service.stages.stage import Context, Stage
-from radar_service.trace.embree import RayCount
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Body
-from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene, RayCount
+from radar_service.world import Body, Scene, is_land
 
 MAX_TILE = 32  # azimuths
 ECHOES_PER_PART = 8192  # resting echoes in a changed beam that are computed together

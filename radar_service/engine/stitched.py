@@ -12,13 +12,11 @@ from typing import Any
 import numpy as np
 
 from radar_service.engine.pipeline import Engine
-from radar_service.numerics.random import NEAR_PULSE, generator
-from radar_service.numerics.types import Flags, Floats, Profiles, Singles
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
-from radar_service.records.cell_sources import Labels
-from radar_service.world.scene import Scene
+from radar_service.numerics import NEAR_PULSE, Flags, Floats, Profiles, Singles, generator
+from radar_service.radar import Radar
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Labels, square_law
+from radar_service.world import Scene
 
 Tiles = Iterator[tuple[int, Profiles, Singles]]
 

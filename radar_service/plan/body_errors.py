@@ -10,20 +10,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.closest_approach import nearest_and_top
-from radar_service.echo.passage_nodes import HELD_PHASE, MAX_PHASE
-from radar_service.echo.visibility import mast_speed
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Floats
+from radar_service.echo import HELD_PHASE, MAX_PHASE, mast_speed, nearest_and_top
+from radar_service.numerics import SPEED_OF_LIGHT, Floats
 from radar_service.plan.settings_search import combine_db
-from radar_service.propagation.multipath import specular_geometry
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions
-from radar_service.world.body import Body
-from radar_service.world.motion import Motion
-from radar_service.world.scene import Scene
-from radar_service.world.steered_motion import SteeredMotion
+from radar_service.propagation import specular_geometry
+from radar_service.records import Fidelity
+from radar_service.scattering import NEAREST, BodyRun, Conditions, scattering_model
+from radar_service.world import Body, Motion, Scene, SteeredMotion
 
 HORIZON = 3600.0  # s: length of a run of loops that do not repeat together
 PER_ARC = 16  # pieces of an arc
@@ -83,12 +76,6 @@ def _within_limits(run: BodyRun, body: Body, scene: Scene) -> BodyRun:
         radial=max(run.radial, speed),
         sea_turn=max(run.sea_turn, 2.0 * scene.radar.height * speed / NEAREST**2),
     )
-
-
-def ends_at_horizon(body: Body, scene: Scene) -> bool:
-    """Whether the run is that of loops which do not repeat together, and ends at HORIZON."""
-    end, repeats = _end(body.motion, scene.own_ship)
-    return repeats and end not in (body.motion.period, scene.own_ship.period)
 
 
 def sample_times(body: Body, scene: Scene) -> Floats:
@@ -220,26 +207,25 @@ def _excess_cells(distance: float, top: float, scene: Scene) -> float:
 
 def body_remarks(scene: Scene, fidelity: Fidelity) -> dict[str, list[str]]:
     """Sentences about each body, by its name."""
-    return {body.name: _remarks(body, scene, fidelity) for body in scene.bodies}
-
-
-def _remarks(body: Body, scene: Scene, fidelity: Fidelity) -> list[str]:
-    """What a model says of the mesh of a body takes the place of remarks about its errors."""
-    run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
-    mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
-    return [*_passage(body, scene, run), *(mesh or body_error(body, scene, fidelity, None).remarks)]
+    remarks = {}
+    for body in scene.bodies:
+        run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
+        mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
+        errors = mesh or body_error(body, scene, fidelity, None).remarks  # what is said of the mesh takes their place
+        remarks[body.name] = [*_passage(body, scene, run), *errors]
+    return remarks
 
 
 def _passage(body: Body, scene: Scene, run: BodyRun) -> list[str]:
     """When a body is nearest, and how fast its aspect changes; nothing where it stays."""
     if scene.own_ship.at_rest and body.motion.at_rest:
         return []
-    if is_steered(body, scene):
-        return [
-            "commands may bring it anywhere: errors are bounds for the antenna beside it, at the limits of speed and turn: "
-            f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
-        ]
-    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
-    loops = f"; its loops are followed for {HORIZON:.0f} s" if ends_at_horizon(body, scene) else ""
     turn = f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
+    if is_steered(body, scene):
+        bounds = "errors are bounds for the antenna beside it, at the limits of speed and turn"
+        return [f"commands may bring it anywhere: {bounds}: {turn}"]
+    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
+    end, repeats = _end(body.motion, scene.own_ship)
+    at_horizon = repeats and end not in (body.motion.period, scene.own_ship.period)  # loops that do not repeat together
+    loops = f"; its loops are followed for {HORIZON:.0f} s" if at_horizon else ""
     return [f"nearest {when}: {run.nearest:.0f} m; {turn}{loops}"]

@@ -3,14 +3,12 @@
 import math
 from dataclasses import dataclass
 
-from radar_service.echo.closest_approach import max_power, nearest_and_top
-from radar_service.echo.second_time_around import max_echo_range
+from radar_service.echo import max_echo_range, max_power, nearest_and_top
 from radar_service.plan.budget import ErrorBudget
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.fidelity import Fidelity
-from radar_service.scattering.models import height_over_horizon
-from radar_service.world.body import Body
-from radar_service.world.scene import Scene
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Fidelity
+from radar_service.scattering import height_over_horizon
+from radar_service.world import Body, Scene
 
 MARGIN = 1.0  # m, for rounding
 MAIN_LOBE = 4.0  # c / 2B: no window here has a wider main lobe
@@ -34,10 +32,9 @@ def cull(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
     """The bodies that the error budget of a fidelity allows to cull, by index in the scene; none where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return {}
-    culled = {
-        key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene, fidelity)) is not None
-    }
-    return culled | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in culled])
+    reasons = {key: _never_visible(body, scene, fidelity) for key, body in enumerate(scene.bodies)}
+    culled = {key: reason for key, reason in reasons.items() if reason is not None}
+    return culled | _below_noise(scene, fidelity, [key for key in reasons if key not in culled])
 
 
 def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody | None:

@@ -4,24 +4,18 @@ import math
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
-from radar_service.echo.land import PIECE
-from radar_service.numerics.frames import effective_earth_radius
+from radar_service.echo import PIECE
+from radar_service.numerics import effective_earth_radius
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
 from radar_service.plan.statistics import EngineStatistics
-from radar_service.propagation.diffraction import diffraction_height
-from radar_service.radar.parameters import Radar
-from radar_service.radar.waveform import pulse_doppler_shift
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
-from radar_service.scattering.models import scattering_model
+from radar_service.propagation import diffraction_height
+from radar_service.radar import Radar, pulse_doppler_shift
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Fidelity, PlanItem
+from radar_service.scattering import scattering_model
 from radar_service.stages.registry import effects_in
-from radar_service.trace.ray_sampling import missed_area_range
-from radar_service.world.hull_response import MAX_FROUDE
-from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene
-from radar_service.world.seaway_motion import SeawayMotion
-from radar_service.world.wave_drawing import WAVES
+from radar_service.trace import missed_area_range
+from radar_service.world import MAX_FROUDE, WAVES, Scene, SeawayMotion, is_land
 
 PLATED_SHARE = 0.02  # rms of 300 walls against elements with real dents (tests/scattering/physical_optics/test_plating.py)
 TWO_RAY = "two-ray, complex F^2; nothing diffracts: too strong close before the horizon, nothing beyond"
@@ -84,7 +78,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_land(scene, statistics.land_border),
         _earth(scene),
         _multipath(scene, fidelity),
-        *_air(scene),
+        _air(scene),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
         *_plating(scene),
@@ -179,14 +173,13 @@ def _multipath(scene: Scene, fidelity: Fidelity) -> PlanItem:
     return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 
-def _air(scene: Scene) -> list[PlanItem]:
+def _air(scene: Scene) -> PlanItem:
     environment = scene.environment
-    lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0 or len(environment.attenuators) > 0
+    uniform = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
     text += "".join(f"; {attenuator.text}" for attenuator in environment.attenuators)
-    return [
-        PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy and not environment.attenuators else ""))
-    ]
+    text += "; costs nothing" if uniform and not environment.attenuators else ""
+    return PlanItem("gas and rain loss", uniform or len(environment.attenuators) > 0, text)
 
 
 def _doppler(scene: Scene) -> list[PlanItem]:

@@ -12,20 +12,14 @@ from functools import lru_cache
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.plan.budget import ErrorBudget
-from radar_service.radar.antenna import grid_rows
-from radar_service.radar.folding import ALIASES, KERNEL_WIDTHS, chirp_error_db, sampling_error_db
-from radar_service.radar.parameters import Radar
-from radar_service.receive.beam import azimuth_kernel, beam_spectrum
-from radar_service.receive.compression import range_kernel, waveform_spectra
-from radar_service.receive.gridding import Kernel
-from radar_service.receive.plain_pulse import PulseKernel
-from radar_service.records.fidelity import MIN_SCATTERERS, Fidelity
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.surface_sampling import MAX_STRATA, density_db
+from radar_service.radar import ALIASES, KERNEL_WIDTHS, Radar, chirp_error_db, grid_rows, sampling_error_db
+from radar_service.receive import Kernel, PulseKernel, azimuth_kernel, beam_spectrum, range_kernel, waveform_spectra
+from radar_service.records import MIN_SCATTERERS, Fidelity
+from radar_service.scattering import MAX_STRATA, density_db, scattering_model
 from radar_service.stages.registry import has_paths
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 BEAM_KERNEL_WIDTHS = (4, 6)
 EXTENTS = (1.5, 2.0, 3.0, 4.0, 6.0, 9.0, 12.0, 18.0, 27.0, math.inf)  # beamwidths each side

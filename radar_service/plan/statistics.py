@@ -4,9 +4,9 @@ import math
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 
-from radar_service.numerics.types import Indices
+from radar_service.numerics import Indices
 from radar_service.plan.culling import CulledBody
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 
 @dataclass(frozen=True)

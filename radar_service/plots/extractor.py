@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Indices
+from radar_service.numerics import Flags, Indices
 from radar_service.plots.clusters import ClusterRule, clusters, parts
 from radar_service.plots.detections import Detections, detections_of, no_detections
 from radar_service.plots.flood import Flood, FloodWarning, flood_of
@@ -19,13 +19,12 @@ from radar_service.plots.marine import LandCells, MarineThreshold
 from radar_service.plots.plot import Plot, ScanGeometry, ScanTags, plot_columns, plots_of
 from radar_service.plots.sidelobes import SidelobeGate
 from radar_service.plots.thresholds import KnownThreshold, Threshold
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.spokes import SpokeBlock
-from radar_service.scans.scan import Scan, scan_of
-from radar_service.trace.land_mask import LandMask
-from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene
+from radar_service.radar import Radar
+from radar_service.receive import receiver_noise_power
+from radar_service.records import SpokeBlock
+from radar_service.scans import Scan, scan_of
+from radar_service.trace import LandMask
+from radar_service.world import Scene, is_land
 
 NEIGHBOURS = ClusterRule(1, 1)  # over corners too, as in the truth
 MARGIN_DB = 3.0  # over the sidelobes of a point at rest: those of moving and of several scatterers are stronger

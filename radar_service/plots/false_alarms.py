@@ -14,11 +14,9 @@ from scipy.optimize import brentq
 from scipy.special import gammaincc, gammainccinv, gammaincinv
 from scipy.stats import f as f_law
 
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.random import ORDER_STATISTIC, generator
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import noise_spectrum
+from radar_service.numerics import BLAS_LIMIT, ORDER_STATISTIC, Complexes, Floats, Indices, generator
+from radar_service.radar import Radar
+from radar_service.receive import noise_spectrum
 
 SPECTRUM_SIZE = 2**14  # samples; a longer one changes no correlation by 1e-6
 DRAWS = 2**15  # of reference cells: the factor of an ordered statistic errs by less than 0.2 %

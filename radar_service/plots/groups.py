@@ -4,7 +4,7 @@ from functools import cached_property
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 
 
 class Groups:

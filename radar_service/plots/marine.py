@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from scipy.ndimage import maximum_filter1d, uniform_filter1d
 
 from radar_service.display.video import REJECTION
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, Singles
 from radar_service.plots.false_alarms import (
     CLUTTER_TO_NOISE,
     TAILS,
@@ -30,10 +30,10 @@ from radar_service.plots.thresholds import (
     check_lengths,
     check_pfa,
 )
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.scans.scan import Scan
-from radar_service.trace.land_mask import WATER, LandMask
+from radar_service.radar import Radar
+from radar_service.receive import receiver_noise_power
+from radar_service.scans import Scan
+from radar_service.trace import WATER, LandMask
 
 PFA = 5e-6  # false alarms per cell: some 3 plots in the cells of the sea of a scan
 SECTORS = 16  # in which the shape is measured: the sea along the waves is spikier than across

@@ -6,8 +6,7 @@ import numpy as np
 
 from radar_service.display.units import DEFAULT_UNIT, UNITS, Unit
 from radar_service.plots.plot_report import KINDS, PlotReport
-from radar_service.terminal.extras import extra
-from radar_service.terminal.output_files import written
+from radar_service.terminal import extra, written
 
 with extra("pictures", "pictures of plots"):
     from matplotlib.figure import Figure

@@ -12,8 +12,8 @@ from radar_service.plots.plot import Plot
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.limits import lower_priority
-from radar_service.radar.parameters import Radar
-from radar_service.scans.scan import Scan
+from radar_service.radar import Radar
+from radar_service.scans import Scan
 
 
 class PlotProcess:

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices
 from radar_service.plots.detections import Detections
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import compression_for, receiver_noise_power
-from radar_service.records.fidelity import PRESETS
+from radar_service.radar import Radar
+from radar_service.receive import compression_for, receiver_noise_power
+from radar_service.records import PRESETS
 
 MAIN_LOBE = 0.01  # of the two-way gain on boresight: sidelobes are weaker
 

@@ -9,11 +9,10 @@ from typing import Protocol
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from radar_service.numerics.gamma_law import known_level_factor
-from radar_service.numerics.types import Complexes, Floats, Indices, Singles
+from radar_service.numerics import Complexes, Floats, Indices, Singles, known_level_factor
 from radar_service.plots.false_alarms import cell_averaging_factor, noise_correlation, ordered_statistic_factor
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import receiver_noise_power
+from radar_service.radar import Radar
+from radar_service.receive import receiver_noise_power
 
 PFA = 1e-4  # false alarms per cell, as MSC.192(79) 5.3.1.1 asks
 RANK = 0.75  # of the reference cells, as Rohling chose

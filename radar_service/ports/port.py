@@ -13,7 +13,7 @@ from fastapi import APIRouter
 from radar_service.ports.port_thread import PortThread
 from radar_service.ports.refusal_shapes import Shape
 from radar_service.processes.fork_server import ForkServer
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.records import SourceRequest
 from radar_service.service.access import Access, Tickets
 from radar_service.service.codecs.codec import Codec
 from radar_service.service.logs import Refusals

@@ -15,7 +15,7 @@ from fastapi import APIRouter
 from radar_service.ports.port import Port, Service
 from radar_service.ports.port_thread import PortThread, QueuedSink
 from radar_service.ports.refusal_shapes import Shape
-from radar_service.records.cell_sources import SourceRequest
+from radar_service.records import SourceRequest
 from radar_service.service.codecs.codec import CODECS
 from radar_service.service.logs import log_event
 from radar_service.service.radio.state_changes import Kind, StateChange, StateWatch, ended

@@ -7,8 +7,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from radar_service import plug_ins
-from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.extras import MissingExtra
+from radar_service.terminal import MissingExtra, UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 
 def printed_atmosphere(range: Floats | float, db_per_km: float = 0.01) -> Floats:

@@ -13,13 +13,11 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import ai_zeros, airy
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.frames import effective_earth_radius
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, effective_earth_radius
 from radar_service.propagation.multipath import Site, TwoRays
 from radar_service.propagation.sea_surface import sea_water_permittivity
-from radar_service.radar.parameters import Radar
-from radar_service.world.environment import Environment
+from radar_service.radar import Radar
+from radar_service.world import Environment
 
 MIXED = (1.5, 2.0)  # m sin(grazing): below, the series alone (two rays err by 5 %); above, two rays alone (2.5 %)
 NEAR = (0.05, 0.1)  # x: nearer, two rays alone, as the series needs ever more modes; only antennas below a metre have this

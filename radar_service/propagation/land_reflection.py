@@ -10,12 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 from radar_service.propagation.multipath import Site, TwoRays, reflection_distance
 from radar_service.propagation.sea_surface import ament
-from radar_service.trace.land_mask import LandMask
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, permittivity
+from radar_service.trace import LandMask, OcclusionScene
+from radar_service.world import GROUND_ROUGHNESS, MATERIALS, permittivity
 
 # by the number of a material in a mask, from that of water on; what reflects nothing has the permittivity of air
 ROUGHNESS = np.array([0.0, *(GROUND_ROUGHNESS.get(name, 0.0) for name in MATERIALS)])

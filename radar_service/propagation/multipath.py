@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Complexes, Flags, Floats, Gain, Profiles, Singles
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Flags, Floats, Gain, Profiles, Singles
 from radar_service.propagation.sea_surface import ament, fresnel, miller_brown, sea_water_permittivity
 
 Roughness = Callable[[Floats, Floats | float, float], Floats]  # grazing angle, rms height of waves, wavelength -> factor

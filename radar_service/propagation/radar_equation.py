@@ -5,16 +5,14 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.frames import effective_earth_radius
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import Complexes, Floats, effective_earth_radius
 from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.diffraction import with_diffraction
 from radar_service.propagation.land_reflection import LandBefore, over_land
 from radar_service.propagation.multipath import TwoRays, turned_back, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height
-from radar_service.radar.antenna import interpolated_gain
-from radar_service.radar.parameters import Radar
-from radar_service.world.environment import Environment, SightLines
+from radar_service.radar import Radar, interpolated_gain
+from radar_service.world import Environment, SightLines
 
 
 def received_amplitude(radar: Radar, distance: Floats) -> Floats:

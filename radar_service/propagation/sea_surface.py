@@ -5,8 +5,8 @@ from functools import lru_cache
 import numpy as np
 from scipy.special import i0e
 
-from radar_service.numerics.types import Complexes, Floats
-from radar_service.world.seaway import significant_wave_height
+from radar_service.numerics import Complexes, Floats
+from radar_service.world import significant_wave_height
 
 # exp(-x) I0(x) sqrt(1 + x) at even steps of x / (1 + x), between which it is linear within 2e-9 of itself; and its rises
 _STEPS = 2**14

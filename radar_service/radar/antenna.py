@@ -9,7 +9,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 MIN_TABLE_STEPS = 2**17  # over half a circle
 

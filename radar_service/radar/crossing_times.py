@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices, wrap_angle
 
 FULL_CIRCLE = 2.0 * np.pi
 STEPS = 8  # of a scan, for points that are not near, where the antenna does not sway

@@ -12,8 +12,7 @@ from functools import lru_cache, partial
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.kaiser_bessel import kernel_transform, shape_parameter
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import Complexes, Floats, kernel_transform, shape_parameter
 from radar_service.radar.parameters import Radar
 from radar_service.radar.waveform import Chirp
 

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import SPEED_OF_LIGHT, Flags, Floats, Indices
 from radar_service.radar.antenna import AntennaPattern, interpolated_gain
 
 if TYPE_CHECKING:

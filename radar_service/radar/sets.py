@@ -7,7 +7,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from radar_service.numerics.constants import NAUTICAL_MILE, SPEED_OF_LIGHT
+from radar_service.numerics import NAUTICAL_MILE, SPEED_OF_LIGHT
 
 TABLE = Path(__file__).with_name("sets.toml")
 USUAL_SCALE = 6.0  # NM, of a scene that names none; every set has it

@@ -14,8 +14,7 @@ import numpy as np
 import scipy.fft
 from scipy.special import fresnel
 
-from radar_service.numerics.constants import BOLTZMANN, REFERENCE_TEMPERATURE
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import BOLTZMANN, REFERENCE_TEMPERATURE, Complexes, Floats
 
 COSINE_SUMS = {
     "none": (1.0,),

@@ -3,8 +3,8 @@
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.types import Floats, Gain, Profiles
-from radar_service.radar.antenna import azimuth_oversampling
+from radar_service.numerics import Floats, Gain, Profiles
+from radar_service.radar import azimuth_oversampling
 from radar_service.receive.gridding import Kernel
 
 PATTERN_SAMPLES = 16  # per grid row: aliases of the narrowest beam are below -100 dB

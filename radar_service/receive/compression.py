@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.types import Complexes, Floats, Profiles, Singles
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Complexes, Floats, Profiles, Singles
+from radar_service.radar import Radar
 from radar_service.receive.gridding import Kernel, Tables, spread_moving
 from radar_service.receive.noise import GaussianSpectrum
 from radar_service.receive.plain_pulse import (

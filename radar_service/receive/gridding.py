@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 from scipy.special import i0
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.kaiser_bessel import kernel_transform, shape_parameter
-from radar_service.numerics.types import Complexes, Floats, Indices, Profiles, Singles
+from radar_service.numerics import Complexes, Floats, Indices, Profiles, Singles, kernel_transform, shape_parameter
 
 Tables = tuple[Singles, ...]  # of a kernel, with none, one and two of its derivatives
 TABLE_STEPS = 8192  # kernel positions per sample; the nearest entry errs by 1/16384 sample, below -80 dB of the pulse

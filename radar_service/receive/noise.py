@@ -3,8 +3,7 @@
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.random import QUANTILES
-from radar_service.numerics.types import Floats, Profiles
+from radar_service.numerics import QUANTILES, Floats, Profiles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn: a third of the draws, 1e-4 of the power
 

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import erf
 
-from radar_service.numerics.constants import BOLTZMANN, REFERENCE_TEMPERATURE
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import BOLTZMANN, REFERENCE_TEMPERATURE, Complexes, Flags, Floats, Indices
+from radar_service.radar import Radar
 from radar_service.receive.gridding import Kernel
 
 TAIL = 5.0  # standard deviations of the filter's response: beyond them it is below -120 dB of the peak

@@ -1,6 +1,6 @@
 """The error of a recording."""
 
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 
 class RecordingError(UsageError, ValueError):

@@ -4,9 +4,9 @@ import types
 from dataclasses import fields, is_dataclass
 from typing import Any, Union, get_args, get_origin, get_type_hints
 
-from radar_service.records.truth import Crossing, Snapshot
+from radar_service.records import Crossing, Snapshot
 from radar_service.stages.registry import own_effects
-from radar_service.world.commands import KEYS, Command
+from radar_service.world import KEYS, Command
 
 NAMES: dict[type, str] = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
 

@@ -1,6 +1,6 @@
 """The parts of the package `mcap` that recordings use."""
 
-from radar_service.terminal.extras import extra
+from radar_service.terminal import extra
 
 with extra("record", "recordings"):
     from mcap.data_stream import ReadDataStream

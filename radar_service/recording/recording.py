@@ -11,21 +11,15 @@ from typing import Any
 import numpy as np
 
 from radar_service import wire
-from radar_service.numerics.types import Floats
-from radar_service.receive.detection import square_law
+from radar_service.numerics import Floats
 from radar_service.recording.chunk_table import ChunkTable, epochs_of
 from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
-from radar_service.records.cell_sources import SourceList
-from radar_service.records.spokes import Spoke, SpokeBlock, regrouped
-from radar_service.records.truth import Truth
-from radar_service.scans.scan import Scan, scan_of
-from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.spoke_source import SpokeSourceInfo, TruthLine
+from radar_service.records import SourceList, Spoke, SpokeBlock, Truth, regrouped, square_law
+from radar_service.scans import Scan, scan_of
+from radar_service.spoke_source import SpokeSourceFault, SpokeSourceInfo, TruthLine
 from radar_service.wire import SpokeRows
-from radar_service.world.commands import command_from
-from radar_service.world.outline import SceneOutline
-from radar_service.world.stream import NO_STREAM
+from radar_service.world import NO_STREAM, SceneOutline, command_from
 
 NO_TRUTH = (
     "a recording has the truth of beam crossings and of the ends of scans, not of every instant; read the truth's stream"

@@ -15,24 +15,19 @@ from radar_service.processes.call import Progress
 from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import file_hash
 from radar_service.recording.recording import NO_TRUTH, Recording
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import ShipStates
+from radar_service.records import ShipStates, SpokeBlock
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.error_tables import changed_errors
 from radar_service.service.controls import CONTROLS, changed_settings
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.logs import log_event
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
-from radar_service.world.commands import CommandError
-from radar_service.world.error import SceneError
-from radar_service.world.outline import NOT_STEERABLE, outline_of
-from radar_service.world.scene import Scene
-from radar_service.world.steered_motion import MAX_SEGMENTS
-from radar_service.world.steering import Steering
+from radar_service.spoke_source import SpokeSourceFault
+from radar_service.world import MAX_SEGMENTS, NOT_STEERABLE, CommandError, Scene, SceneError, Steering, outline_of
 
 ENDED = "the recording has ended"
 PLAYS = "this radar replays a recording: its scene and rate of rotation stay; serve a scene to change them"

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Singles
+from radar_service.numerics import Singles
 
 Labels = NDArray[np.uint32]  # number of the strongest source
 Powers = Mapping[int, Singles]  # [W] by source number; a source without power may be left out

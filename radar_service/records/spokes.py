@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Profiles, Singles
+from radar_service.numerics import Floats, Profiles, Singles
 from radar_service.records.cell_sources import Labels, Powers, joined_powers, part_of
 from radar_service.records.reports import Readings
 
@@ -101,6 +101,11 @@ class SpokeBlock:
                 None if self.true is None else self.true.part(k),
                 None if self.labels is None else self.labels[k], part_of(self.powers, k),
             )  # fmt: skip
+
+
+def square_law(field: Profiles) -> Singles:
+    """Power [W] of profiles [sqrt(W)] of any shape, in single precision."""
+    return np.asarray(field.real**2 + field.imag**2)
 
 
 def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
-from radar_service.numerics.types import Flags, Floats
+from radar_service.numerics import Flags, Floats
 from radar_service.records.reports import FeedErrorCounts, ReportedOwnShip
 
 

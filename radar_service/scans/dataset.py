@@ -13,9 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from radar_service.numerics.types import Singles
-from radar_service.terminal.extras import extra
-from radar_service.terminal.output_files import written
+from radar_service.numerics import Singles
+from radar_service.terminal import extra, written
 
 if TYPE_CHECKING:
     import xarray

@@ -39,7 +39,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from radar_service.terminal.output_files import written
+from radar_service.terminal import written
 
 FORMAT = 1
 SUFFIX = ".npz"

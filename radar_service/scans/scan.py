@@ -14,12 +14,11 @@ from radar_service.display.palettes import colour_map
 from radar_service.display.picture import picture_from_power, render_png
 from radar_service.display.ppi import scan_convert
 from radar_service.display.units import UNITS, Unit
-from radar_service.numerics.types import Floats, Profiles, Singles
-from radar_service.records.cell_sources import Labels, Powers
-from radar_service.records.spokes import SpokeBlock, joined
+from radar_service.numerics import Floats, Profiles, Singles
+from radar_service.records import Labels, Powers, SpokeBlock, joined
 from radar_service.scans.dataset import powered, powers_of, scan_to_xarray
 from radar_service.scans.file import read_arrays, write_arrays
-from radar_service.terminal.extras import extra
+from radar_service.terminal import extra
 
 if TYPE_CHECKING:
     import xarray

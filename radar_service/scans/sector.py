@@ -6,9 +6,9 @@ from itertools import groupby
 
 import numpy as np
 
-from radar_service.numerics.types import Flags
-from radar_service.radar.parameters import Radar, in_sector
-from radar_service.records.spokes import SpokeBlock
+from radar_service.numerics import Flags
+from radar_service.radar import Radar, in_sector
+from radar_service.records import SpokeBlock
 
 
 class Sector:

@@ -11,11 +11,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.frames import distances_from_map, wrap_angle
-from radar_service.numerics.ragged import batches, spans
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices, batches, distances_from_map, spans, wrap_angle
+from radar_service.radar import Radar
 from radar_service.scattering.model import ScatteringContext
 
 MAX_OVERLAP = 0.03  # of the autocorrelation along range, summed over two neighbours: 0.13 dB for a pair of any phases

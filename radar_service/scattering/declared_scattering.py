@@ -5,16 +5,15 @@ from functools import cached_property
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
+from radar_service.numerics import Flags, Floats, Indices
+from radar_service.radar import Radar
+from radar_service.records import Fidelity
 from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
 from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, ScatteringContext
 from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer, surface_db
-from radar_service.world.body import Body
-from radar_service.world.poses import PoseArrays
+from radar_service.world import Body, PoseArrays
 
 TURNED_DB, WIDE_DB = 0.2, 0.4  # energy between two visibility steps: within the beam, and wider than it
 MAX_DECLARED = 512  # scatterers of a declared body: they decide where its cross-section is visible, but are no echoes

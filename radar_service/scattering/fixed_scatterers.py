@@ -12,11 +12,10 @@ from typing import ClassVar, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.random import SCATTER, generator, name_key
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.propagation.diffraction import diffraction_height
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
+from radar_service.numerics import SCATTER, Flags, Floats, Indices, Singles, generator, name_key
+from radar_service.propagation import diffraction_height
+from radar_service.radar import Radar
+from radar_service.records import Fidelity
 from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.resting_points import MapCells, RestingPoints
@@ -30,11 +29,12 @@ from radar_service.scattering.surface_sampling import (
     surface_db,
     triangle_middles,
 )
-from radar_service.trace.line_of_sight import SurfacePoints
-from radar_service.world.body import Body, Mesh
-from radar_service.world.poses import (
+from radar_service.trace import SurfacePoints
+from radar_service.world import (
+    Body,
     BodyPose,
     BodyPoses,
+    Mesh,
     PoseArrays,
     pose_at,
 )

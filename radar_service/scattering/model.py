@@ -10,14 +10,12 @@ from typing import ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
+from radar_service.numerics import Complexes, Flags, Floats, Indices
+from radar_service.radar import Radar
+from radar_service.records import Fidelity
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
-from radar_service.trace.embree import RayCount
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Body
-from radar_service.world.environment import Environment
+from radar_service.trace import OcclusionScene, RayCount
+from radar_service.world import Body, Environment
 
 ALL_PATHS, DIRECT, ONE_WAY, BOTH_WAYS = -1, 0, 1, 2
 

@@ -10,8 +10,7 @@ from radar_service import plug_ins
 
 if TYPE_CHECKING:
     from radar_service.scattering.model import ScatteringModel
-    from radar_service.world.body import Body
-    from radar_service.world.scene import Scene
+    from radar_service.world import Body, Scene
 
 
 def model_named(name: str) -> "type[ScatteringModel]":
@@ -35,6 +34,6 @@ def scattering_model(body: "Body", sampler: str = "scatterers") -> "type[Scatter
 
 def height_over_horizon(body: "Body", scene: "Scene", sampler: str = "scatterers") -> float:
     """Height [m] up to which parts of a body have echoes beyond the horizon; 0 where its model has none."""
-    from radar_service.propagation.diffraction import diffraction_height  # here: it needs scipy
+    from radar_service.propagation import diffraction_height  # here: it needs scipy
 
     return diffraction_height(scene.radar, scene.environment) if scattering_model(body, sampler).diffracts else 0.0

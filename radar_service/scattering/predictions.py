@@ -3,11 +3,10 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
-from radar_service.world.environment import Environment
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats
+from radar_service.radar import Radar
+from radar_service.records import Fidelity
+from radar_service.world import Environment, Scene
 
 NEAREST = 16.0  # m: parts of a body are taken as no nearer: no marine antenna observes nearer bodies
 

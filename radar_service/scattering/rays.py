@@ -12,19 +12,14 @@ from typing import ClassVar, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.frames import body_rotation, direction
-from radar_service.numerics.random import CAST, generator
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
+from radar_service.numerics import CAST, Complexes, Flags, Floats, Indices, body_rotation, direction, generator
+from radar_service.radar import Radar
+from radar_service.records import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import Conditions
-from radar_service.trace.embree import RayCount
-from radar_service.trace.ray_sampling import full_circle_rays, missed_area_range
-from radar_service.trace.ray_target import RayTarget, sea_range
-from radar_service.world.body import Body
-from radar_service.world.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
+from radar_service.trace import RayCount, RayTarget, full_circle_rays, missed_area_range, sea_range
+from radar_service.world import MAP_POSE, Body, BodyPose, merged_mesh, pose_at
 
 SAMPLER_NAMES = {"rays": "uniform random", "stratified": "stratified", "sobol": "Sobol'"}
 

@@ -9,10 +9,9 @@ import math
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
-from radar_service.world.body import Reflector
+from radar_service.numerics import SPEED_OF_LIGHT, Floats
+from radar_service.radar import Radar
+from radar_service.world import Reflector
 
 REFERENCE_FREQUENCY = 9.41e9  # Hz, at which scene files state the cross-section of a reflector
 # Legs of the trihedral that opens ahead (+y), axis level, one leg in the plane of symmetry: as `world.shapes.trihedral`.

@@ -8,16 +8,15 @@ import math
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.types import Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
+from radar_service.numerics import Floats, Indices
+from radar_service.radar import Radar
+from radar_service.records import Fidelity
 from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.model import BodyEchoes, ScatteringContext
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.reflector_patterns import highest_rcs, reflector_area, reflector_text
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer
-from radar_service.world.body import Body
-from radar_service.world.poses import PoseArrays
+from radar_service.world import Body, PoseArrays
 
 LOBE_DB = 1.6  # against physical optics, rms within 6 dB of a lobe's peak (tests/scattering/test_reflector_patterns.py)
 

@@ -6,7 +6,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Flags, Floats, Indices, Profiles, Singles
+from radar_service.numerics import Flags, Floats, Indices, Profiles, Singles
 from radar_service.scattering.model import BearingWedge, ScatteringModel
 
 CELL = 128.0  # m: points in such a square of the map are chosen together

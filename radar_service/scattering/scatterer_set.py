@@ -7,10 +7,10 @@ from typing import cast
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 from radar_service.scattering.model import AspectModel, BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.models import scattering_model
-from radar_service.world.body import Body
+from radar_service.world import Body
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,9 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.records.fidelity import MIN_SCATTERERS
-from radar_service.world.body import Mesh
+from radar_service.numerics import Complexes, Floats, Indices
+from radar_service.records import MIN_SCATTERERS
+from radar_service.world import Mesh
 
 MAX_SCATTERERS = 1_500_000  # on one body: some 250 MB while they are spread
 TRIANGLES = 2**18  # at a time: arrays of all triangles of a large mesh do not stay in any cache

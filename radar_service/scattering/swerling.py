@@ -4,10 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radar_service.numerics.random import FLUCTUATION, generator, name_key
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.world.body import Body
+from radar_service.numerics import FLUCTUATION, Flags, Floats, Indices, ResultCache, Singles, generator, name_key
+from radar_service.world import Body
 
 DRAWS_PER_BLOCK = 16  # azimuths whose factors are drawn together: setting up a generator costs as much as some 30 draws
 KEPT_DRAWS = 16  # crossings, or blocks of azimuths, whose factors are kept: threads are some blocks apart

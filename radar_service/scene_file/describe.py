@@ -7,18 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.frames import Polar, bearing_text, effective_earth_radius, polar_from_map
-from radar_service.radar.description import radar_lines
-from radar_service.scattering.reflector_patterns import reflector_text
+from radar_service.numerics import KNOT, Polar, bearing_text, effective_earth_radius, polar_from_map
+from radar_service.radar import radar_lines
+from radar_service.scattering import reflector_text
 from radar_service.scene_file.checks.mesh_findings import metres
 from radar_service.scene_file.checks.validity import nearest_point
 from radar_service.scene_file.model.scene import scene_schema
 from radar_service.stages.registry import effects_in, effects_named, own_effects
-from radar_service.world.body import Body
-from radar_service.world.materials import is_land
-from radar_service.world.poses import pose_at
-from radar_service.world.scene import Scene
+from radar_service.world import Body, Scene, is_land, pose_at
 
 SCREEN = 24  # lines of a terminal
 MAX_WARNINGS, MIN_BODIES = 8, 6  # lines of an overview

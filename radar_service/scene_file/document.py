@@ -12,7 +12,7 @@ from radar_service.scene_file.folder import FORWARD, read_limited
 from radar_service.scene_file.model.scene import SceneModel, scene_model
 from radar_service.scene_file.validation_messages import error_from_problems, plain_data, problems_from_validation
 from radar_service.strict_json import DuplicateKeyError, parsed
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 SceneInput = str | Path | Mapping[str, Any]
 

@@ -17,14 +17,14 @@ from radar_service.scene_file.model.errors import (
     ProfileSection,
 )
 from radar_service.stages.fields import SCALES, Section, bare, record_of, scaled, unit_of
-from radar_service.world.error import SceneError
-from radar_service.world.error_settings import (
+from radar_service.world import (
     AntennaErrors,
     ErrorSettings,
     FeedErrors,
     GyroErrors,
     LogErrors,
     PositionErrors,
+    SceneError,
 )
 
 SIGNED = ("bias_deg", "bias_kn", "scale_percent")  # keys of errors that are as likely above 0 as below

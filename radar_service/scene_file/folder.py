@@ -4,7 +4,7 @@ import stat
 from dataclasses import dataclass
 from pathlib import Path
 
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 ESCAPED = "\b\t\n\f\r"  # what a backslash before a letter makes in TOML and JSON
 FORWARD = 'write paths with forward slashes, as "meshes/ferry.obj"'

@@ -6,13 +6,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from radar_service.numerics.constants import EARTH_RADIUS
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import EARTH_RADIUS
+from radar_service.radar import Radar
 from radar_service.scene_file.model.platform import RadarEntry
 from radar_service.scene_file.readers.heightmap import Coverage
-from radar_service.world.error import SceneError
-from radar_service.world.platform import Platform
-from radar_service.world.steered_motion import SteeredMotion
+from radar_service.world import Platform, SceneError, SteeredMotion
 
 MAX_ORIGIN_DISTANCE = 200_000.0  # m; there the map is stretched by 0.02 %: 44 m in 200 km, below radar accuracy
 

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 EVERY = "*"  # each table of a list
 NAMES = ("name", "id")  # by which a table of a list is found: bodies have names, radars have ids

@@ -6,23 +6,27 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.types import Floats
-from radar_service.scene_file.model.moving import (
-    AMPLITUDES,
-    MovingSection,
-    SwaySection,
-    WaypointModel,
-)
+from radar_service.numerics import KNOT, Floats
+from radar_service.scene_file.model.moving import AMPLITUDES, MovingSection, SwaySection, WaypointModel
 from radar_service.stages.fields import record_of
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin, map_from_geographic
-from radar_service.world.manoeuvres import Knot, Manoeuvre, motion_with_manoeuvres
-from radar_service.world.motion import Motion, in_stream, segment_headings
-from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
-from radar_service.world.stream import NO_STREAM, Stream
-from radar_service.world.sway import Sway
-from radar_service.world.waypoint_arcs import RoundedRoute, round_corners
+from radar_service.world import (
+    NO_STREAM,
+    Knot,
+    Manoeuvre,
+    Motion,
+    Origin,
+    RoundedRoute,
+    SceneError,
+    SteeredMotion,
+    SteeringLimits,
+    Stream,
+    Sway,
+    in_stream,
+    map_from_geographic,
+    motion_with_manoeuvres,
+    round_corners,
+    segment_headings,
+)
 
 TrackReader = Callable[[str, str, float | None], Motion]  # file name, location, heading_deg
 
@@ -103,14 +107,9 @@ def _first(*values: float | None) -> float:
 
 
 def motion_from_waypoints(
-    waypoints: Sequence[WaypointModel],
-    start: Floats,
-    heading_deg: float | None,
-    loop: bool,
-    radius: float | None = None,
-    location: str = "",
-    turn_rate: float | None = None,
-) -> Motion:
+    waypoints: Sequence[WaypointModel], start: Floats, heading_deg: float | None, loop: bool, radius: float | None = None,
+    location: str = "", turn_rate: float | None = None,
+) -> Motion:  # fmt: skip
     """Returns the motion from `start` (3,) [m] through waypoints, each leg at the speed of its end; then the body stops.
 
     With `loop` it returns to the start at the last speed and repeats. A waypoint at the body's position makes no leg. The

@@ -13,17 +13,13 @@ from pydantic import ValidationError
 from pydantic_core import ErrorDetails
 
 from radar_service.scene_file.model.scene import scene_schema
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 MAX_PROBLEMS = 20  # in one message; the rest is counted
 MAX_KEYS = 3  # that a message names; docs/scenes.md has all
 MAX_DEPTH = 24  # of nested tables and lists; a scene needs six
 MAX_VALUES = 5_000_000
-FORMS = {
-    "list": "array",
-    "table": "object",
-    "flag": "boolean",
-}  # names of the forms of a key with several, and types of JSON
+FORMS = {"list": "array", "table": "object", "flag": "boolean"}  # of a key with several forms: their names, types of JSON
 
 Schema = dict[str, Any]
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Pace, Settings
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneOutline
 
 
 class ControlError(ValueError):

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from radar_service.records.cell_sources import PowersOf, SourceRequest
+from radar_service.records import PowersOf, SourceRequest
 
 Mode = Literal["live", "lossless"]
 

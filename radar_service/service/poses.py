@@ -7,9 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.world.commands import CommandError, Steerable
-from radar_service.world.steered_motion import MotionSegment
+from radar_service.numerics import KNOT
+from radar_service.world import CommandError, MotionSegment, Steerable
 
 KEYS = ("position_m", "course_deg", "heading_deg", "speed_kn", "turn_rate_deg_s", "present")  # besides body and time
 MAX_EXTRAPOLATION = 5.0  # s between the time of a pose and the first spoke that shows it

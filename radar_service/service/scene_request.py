@@ -10,7 +10,7 @@ from radar_service.processes.call import Progress
 from radar_service.spoke_source import Commanded, SpokeSource, SpokeSourceInfo, TellsShips, TellsSources
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """The interface between a radar and all receivers of its spokes.
 
 The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before anything is encoded. The feed is one sink
-(`fanout.feed_encoder`), the memory of the last scan is another (`radio.last_scan`).
+(`fanout.hub.FeedEncoder`), the memory of the last scan is another (`radio.last_scan`).
 """
 
 import secrets
@@ -14,13 +14,11 @@ from typing import Any, Protocol
 from typing_extensions import override
 
 from radar_service.display.video import Bytes, Controls, Layout, display_video, peaks
-from radar_service.numerics.types import Singles
-from radar_service.records.spokes import SpokeBlock
+from radar_service.numerics import Singles
+from radar_service.records import SpokeBlock
 from radar_service.service.scene_request import SceneRequest, cell_layout
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo
-from radar_service.world.commands import CommandLog
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.outline import NOT_STEERABLE
+from radar_service.world import NOT_STEERABLE, CommandLog, ErrorSettings
 
 NO_COMMANDS = CommandLog(NOT_STEERABLE)
 

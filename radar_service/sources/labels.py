@@ -11,16 +11,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.echo.echoes import SECOND_TIME, AzimuthTimes
+from radar_service.echo import SECOND_TIME, AzimuthTimes
 from radar_service.engine.pipeline import Contributions, Engine, profiles, resting_loss, tile_azimuths
 from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import StitchedEngine
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Indices, Profiles, Singles
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
-from radar_service.records.cell_sources import Labels
+from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, Singles
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Labels, square_law
 from radar_service.sources.numbers import BODY, FAINT, source_numbers
 from radar_service.sources.rows import RestingField, WindowedSources, resting_fields, resting_numbers, source_rows
 

@@ -6,12 +6,10 @@ body is a source of its own, with its reflection from the sea.
 
 import numpy as np
 
-from radar_service.echo.echoes import SECOND_TIME
-from radar_service.numerics.types import Indices
+from radar_service.echo import SECOND_TIME
+from radar_service.numerics import Indices
 from radar_service.stages.registry import echo_numbers, numbered_sources
-from radar_service.world.body import Body
-from radar_service.world.materials import MATERIALS, is_land
-from radar_service.world.scene import Scene
+from radar_service.world import MATERIALS, Body, Scene, is_land
 
 NOISE, SECOND_TIME_AROUND = 0, 4  # and those of effects
 FAINT = 9  # range sidelobes and faint parts of bodies: more than `labels_within_db` below the peak of the body

@@ -8,20 +8,26 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from radar_service.echo.echoes import BeamWeightedEchoes
-from radar_service.echo.range_history import apparent_position, elevation_of, slant_range
+from radar_service.echo import BeamWeightedEchoes, apparent_position, elevation_of, slant_range
 from radar_service.engine.preparation import Prepared
-from radar_service.numerics.frames import effective_earth_radius, turned, wrap_angle, wrap_bearing
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.types import Flags, Floats, Singles
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, local_attenuation, received_amplitude
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.receive.detection import square_law
-from radar_service.records.truth import Extent, Radiometry
+from radar_service.numerics import (
+    BLAS_LIMIT,
+    Flags,
+    Floats,
+    Singles,
+    effective_earth_radius,
+    turned,
+    wrap_angle,
+    wrap_bearing,
+)
+from radar_service.propagation import elevation_gain, local_attenuation, received_amplitude
+from radar_service.propagation.radar_equation import attenuation
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Extent, Radiometry, square_law
 from radar_service.sources.numbers import BODY, source_numbers
 from radar_service.sources.power_window import PowerWindow, pulse_powers
 from radar_service.sources.rows import spread_echoes
-from radar_service.world.environment import SightLines
+from radar_service.world import SightLines
 
 GATE = 10.0 ** (-20.0 / 10.0)  # of the peak
 DETECTABLE = 10.0 ** (13.0 / 10.0)  # of the noise

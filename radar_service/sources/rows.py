@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.echo.echoes import BeamWeightedEchoes, Echoes
+from radar_service.echo import BeamWeightedEchoes, Echoes
 from radar_service.engine.pipeline import Contributions
 from radar_service.engine.preparation import MAX_TILE, Prepared, beam_rows, column
-from radar_service.numerics.types import Flags, Indices, Profiles
-from radar_service.receive.detection import square_law
+from radar_service.numerics import Flags, Indices, Profiles
+from radar_service.records import square_law
 
 
 class RestingField(NamedTuple):

@@ -12,12 +12,10 @@ from radar_service import plug_ins
 from radar_service.stages.fields import Keys
 
 if TYPE_CHECKING:
-    from radar_service.radar.antenna import AntennaPattern
-    from radar_service.radar.parameters import Radar
-    from radar_service.records.truth import FalseEcho
+    from radar_service.radar import AntennaPattern, Radar
+    from radar_service.records import FalseEcho
     from radar_service.stages.stage import Stage
-    from radar_service.world.body import Body, Mesh
-    from radar_service.world.scene import Scene
+    from radar_service.world import Body, Mesh, Scene
 
 Kind = Literal["ship", "buoy", "land", "clutter", "interference", "noise"]
 

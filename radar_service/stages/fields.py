@@ -7,7 +7,7 @@ from typing import Annotated, Any, Self, TypeVar, cast
 
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
-from radar_service.numerics.constants import KNOT, MAX_COORDINATE
+from radar_service.numerics import KNOT, MAX_COORDINATE
 
 MIN_HEIGHT, MAX_HEIGHT = -11_000.0, 20_000.0  # m above mean sea level
 

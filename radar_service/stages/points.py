@@ -5,25 +5,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
-from radar_service.echo.range_history import apparent_position
-from radar_service.echo.second_time_around import max_echo_range
-from radar_service.numerics.frames import effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.radar_equation import (
-    attenuation,
-    elevation_gain,
-    local_attenuation,
-    radar_two_rays,
-    received_amplitude,
-    two_way_phase,
-)
-from radar_service.radar.crossing_times import STEPS, CrossingSearch
+from radar_service.echo import AzimuthTimes, BeamWeightedEchoes, apparent_position, max_echo_range
+from radar_service.numerics import Flags, Floats, Indices, effective_earth_radius, polar_from_map, wrap_angle
+from radar_service.propagation import elevation_gain, local_attenuation, radar_two_rays, received_amplitude, two_way_phase
+from radar_service.propagation.radar_equation import attenuation
+from radar_service.radar import STEPS, CrossingSearch
 from radar_service.stages.stage import Context
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.trace.occluder import beyond_horizon
-from radar_service.world.environment import SightLines
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene, beyond_horizon
+from radar_service.world import Scene, SightLines
 
 STEPS_PER_SWAY = 16  # search steps in the shortest period of the antenna's sway: a sine turns by 0.4 rad in one
 

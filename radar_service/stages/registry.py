@@ -15,15 +15,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import BaseModel, BeforeValidator, Field
 
 from radar_service import plug_ins
-from radar_service.radar.aperture import MAX_OFFSET, Aperture, ChangedPattern, aperture_of
-from radar_service.radar.parameters import Radar
-from radar_service.records.truth import Crossing, Snapshot
+from radar_service.radar import MAX_OFFSET, Aperture, ChangedPattern, Radar, aperture_of
+from radar_service.records import Crossing, Snapshot
 from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Keys, Section, with_keys
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 EFFECTS = (  # in the order in which they add to a spoke: sums are bytes
     "radar_service.stages.clutter.effect:ClutterEffect",

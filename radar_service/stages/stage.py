@@ -6,19 +6,15 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from radar_service.echo.beam_paths import Beam, BeamPath
-from radar_service.echo.echoes import AzimuthTimes, BeamWeightedEchoes
-from radar_service.echo.moving import MovingEchoes
-from radar_service.numerics.random import STAGE, generator, name_key
-from radar_service.numerics.types import Complexes, Flags, Profiles, Singles
-from radar_service.radar.aperture import Aperture, FieldChange
-from radar_service.receive.compression import Compression, receiver_noise_power
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
-from radar_service.scattering.model import ScatteringContext
+from radar_service.echo import AzimuthTimes, Beam, BeamPath, BeamWeightedEchoes, MovingEchoes
+from radar_service.numerics import STAGE, Complexes, Flags, Profiles, Singles, generator, name_key
+from radar_service.radar import Aperture, FieldChange
+from radar_service.receive import Compression, receiver_noise_power
+from radar_service.records import Fidelity, PlanItem
+from radar_service.scattering import ScatteringContext
 from radar_service.stages.effect import EffectTruth
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene
 
 
 class Context(NamedTuple):

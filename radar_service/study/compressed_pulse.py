@@ -12,7 +12,7 @@ import scipy.fft
 from scipy.interpolate import BSpline, make_interp_spline
 from scipy.signal import windows
 
-from radar_service.numerics.types import Complexes, Floats
+from radar_service.numerics import Complexes, Floats
 
 FINE = 64  # samples of a nonlinear chirp per 1/B: the sum over them errs by less than -100 dB
 WINDOWS = {  # Harris 1978; Nuttall 1981

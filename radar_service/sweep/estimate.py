@@ -10,7 +10,7 @@ import numpy as np
 
 from radar_service.numerics.arithmetic import arithmetic
 from radar_service.processes.limits import peak_memory
-from radar_service.scans.scan import Scan
+from radar_service.scans import Scan
 from radar_service.simulator import Simulator
 from radar_service.sweep.inputs import Inputs
 from radar_service.sweep.layout import StoreLayout

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Floats
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Floats
+from radar_service.radar import Radar
 from radar_service.sources.numbers import source_names
 from radar_service.sweep.inputs import Inputs
 from radar_service.sweep.spec import SweepError, SweepRun
 from radar_service.sweep.variables import Variable, bins_of, variables
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 CHUNK_BYTES = 64 * 2**20  # of the largest array: video of seas and ships compresses to a fifth of it, as object stores like
 

@@ -15,9 +15,9 @@ import numpy as np
 from pydantic import Discriminator, Field, Tag, ValidationError, WithJsonSchema, field_validator, model_validator
 
 from radar_service.bench.scenario import FrozenTable, PlotSettings
-from radar_service.numerics.random import SWEEP_DRAW, SWEEP_LIST, SWEEP_SEED, generator, name_key
-from radar_service.records.fidelity import PRESETS
-from radar_service.terminal.arguments import UsageError
+from radar_service.numerics import SWEEP_DRAW, SWEEP_LIST, SWEEP_SEED, generator, name_key
+from radar_service.records import PRESETS
+from radar_service.terminal import UsageError
 
 MAX_VALUES = 100_000  # of one key
 MAX_RUNS = 1_000_000  # each is a chunk of each array, and file systems have folders of so many files

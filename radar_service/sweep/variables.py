@@ -13,11 +13,10 @@ from numpy.typing import NDArray
 
 from radar_service.bench.run import extractor_of
 from radar_service.display.video import DB_PER_STEP, Controls, Layout, display_video, layout, peaks, strongest
-from radar_service.plots.flood import FloodWarning
-from radar_service.radar.parameters import Radar
-from radar_service.records.truth import Crossing
-from radar_service.scans.dataset import DESCRIBED
-from radar_service.scans.scan import Scan
+from radar_service.plots import FloodWarning
+from radar_service.radar import Radar
+from radar_service.records import Crossing
+from radar_service.scans import DESCRIBED, Scan
 from radar_service.simulator import Simulator
 from radar_service.sweep.spec import SweepError, SweepSpec
 

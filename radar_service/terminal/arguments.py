@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from radar_service.records.cell_sources import PowersOf
+    from radar_service.records import PowersOf
 
 MAX_THREADS = 64  # one tile each: a scan has few more
 
@@ -110,7 +110,7 @@ def check_sources(options: argparse.Namespace, *names: str) -> None:
 
 def _power_numbers(text: str) -> "PowersOf":
     """Raises argparse.ArgumentTypeError."""
-    from radar_service.records.cell_sources import powers_from_text  # here: numpy would double the time of --help
+    from radar_service.records import powers_from_text  # here: numpy would double the time of --help
 
     try:
         return powers_from_text(text)

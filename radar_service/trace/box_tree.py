@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, Singles
 from radar_service.trace.moller_trumbore import watertight_pairs
 from radar_service.trace.tree_cache import Tree
 

@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from typing_extensions import override
 
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
+from radar_service.numerics import Flags, Floats, Indices, Singles
 from radar_service.trace.box_tree import BoxTree
 from radar_service.trace.tree_cache import SharedTree, Tree, TreeCache, Triangles
-from radar_service.world.body import used_rows
+from radar_service.world import used_rows
 
 try:
     from embreex.mesh_construction import TriangleMesh

@@ -8,11 +8,8 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.ragged import batches, spans
-from radar_service.numerics.types import Flags, Floats, Indices, Singles
-from radar_service.world.body import Body
-from radar_service.world.materials import MATERIALS, is_diffuse_land, is_land
-from radar_service.world.poses import pose_at
+from radar_service.numerics import Flags, Floats, Indices, Singles, batches, spans
+from radar_service.world import MATERIALS, Body, is_diffuse_land, is_land, pose_at
 
 CELLS, FINEST = 2**20, 1.0  # of a raster at most (9 MB), and the size of a cell of small land [m]
 ROWS, COVERED = 2**16, 2**20  # of triangles (as many at most), and cells that they cover, worked on at once: 60 MB

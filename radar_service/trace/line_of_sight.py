@@ -7,18 +7,24 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.numerics.frames import Polar, distances_from_map, map_from_deck
-from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import (
+    STEADY,
+    Flags,
+    Floats,
+    Indices,
+    Polar,
+    ResultCache,
+    Revision,
+    distances_from_map,
+    map_from_deck,
+)
 from radar_service.trace.embree import RayCount
 from radar_service.trace.land_mask import LandMask
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
 from radar_service.trace.triangle_clusters import BodyTriangles, TriangleClusters
-from radar_service.world.body import Body
-from radar_service.world.poses import MAP_POSE, BodyPose, merged_mesh, pose_at
-from radar_service.world.presence import Presences
+from radar_service.world import MAP_POSE, Body, BodyPose, Presences, merged_mesh, pose_at
 
 
 class SurfacePoints(NamedTuple):

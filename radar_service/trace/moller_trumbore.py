@@ -8,8 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Indices
-from radar_service.world.body import used_rows
+from radar_service.numerics import Floats, Indices
+from radar_service.world import used_rows
 
 Crossings = Callable[[Floats, Floats, Floats], Floats]
 

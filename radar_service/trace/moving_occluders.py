@@ -6,15 +6,12 @@ from typing import Self
 
 import numpy as np
 
-from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import STEADY, Flags, Floats, Indices, ResultCache, Revision
 from radar_service.trace.embree import RayCount
 from radar_service.trace.occluder import Occluder
 from radar_service.trace.posed_occluders import OccluderKinds, PosedOccluders
 from radar_service.trace.shadow_sectors import ShadowSectors, points_behind, shadow_sectors, top_slopes
-from radar_service.world.body import Body
-from radar_service.world.poses import BodyPose, BodyPoses, PoseArrays
-from radar_service.world.presence import Presences
+from radar_service.world import Body, BodyPose, BodyPoses, PoseArrays, Presences
 
 FEW_BODIES = 32  # bodies whose pairs with points take less time than to look which of these lie over them
 SLOT = 0.5  # s of motion for which the bodies that may occlude one are first chosen together

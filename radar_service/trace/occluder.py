@@ -8,11 +8,10 @@ that the sea reflects is two such lines, which meet at the sea.
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.radar.parameters import horizon
+from radar_service.numerics import Flags, Floats, Indices
+from radar_service.radar import horizon
 from radar_service.trace.embree import RayCount, TriangleScene
-from radar_service.world.body import Mesh
-from radar_service.world.poses import BodyPose
+from radar_service.world import BodyPose, Mesh
 
 TOLERANCE = 2e-3  # m; float32 places a hit on a body of a few km to about 1 mm (Embree's own rounding)
 RELATIVE_TOLERANCE = 2e-6  # of the line of sight's length: float32 rounding of its direction

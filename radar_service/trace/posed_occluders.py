@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices
 from radar_service.trace.occluder import Occluder, hit_before, reach_of, sphere_reach
-from radar_service.world.poses import PoseArrays
+from radar_service.world import PoseArrays
 
 MAX_SHORT = 2**15  # numbers of 16 bits: they sort in a fifth of the time
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 BOX_BEAMWIDTHS = 1.5  # beamwidths each side of boresight, docs/specification.md eqs. 4, 5
 MAX_RAYS = 8_000_000  # in a full circle: some 2 GB of memory

@@ -11,11 +11,10 @@ along it stay the same. So a unit ray's distance in the body's frame is the slan
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices
 from radar_service.trace.embree import TriangleScene
 from radar_service.trace.occluder import curved_vertices
-from radar_service.world.body import Mesh
-from radar_service.world.poses import BodyPose
+from radar_service.world import BodyPose, Mesh
 
 
 class RayTarget:

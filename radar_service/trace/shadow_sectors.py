@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.ragged import batches
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices, batches, wrap_angle
 
 PAIRS = 2**17  # of bodies and points at a time: their rays take some 20 MB
 ROUNDING = 0.1  # m, of heights

@@ -14,7 +14,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.types import Flags, Indices, Singles
+from radar_service.numerics import Flags, Indices, Singles
 
 Triangles = tuple[Singles, NDArray[np.int32]]  # vertices (V, 3) [m] and faces (F, 3)
 SHARE = 8  # where there is no room, one tree in so many is dropped at once: the search then costs little per tree

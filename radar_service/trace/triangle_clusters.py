@@ -4,11 +4,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices, ResultCache
 from radar_service.trace.box_tree import Boxes, curve_order
-from radar_service.world.body import Body, Mesh
-from radar_service.world.materials import is_ground
+from radar_service.world import Body, Mesh, is_ground
 
 CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 12 MB
 KEPT = 256  # answers to questions

@@ -4,32 +4,21 @@ A body in plain sight is told by its outermost vertices. What others hide in par
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from itertools import pairwise
 
 import numpy as np
 
-from radar_service.echo.second_time_around import apparent_range
-from radar_service.numerics.frames import polar_from_map, wrap_bearing
-from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.numerics.result_cache import ResultCache
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
-from radar_service.propagation.radar_equation import radar_two_rays
-from radar_service.radar.parameters import horizon
-from radar_service.records.truth import BodyTruth, Truth
-from radar_service.scattering.models import height_over_horizon, scattering_model
-from radar_service.scattering.surface_sampling import R2, normals_and_areas, points_in_triangles
+from radar_service.echo import apparent_range
+from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Indices, ResultCache, polar_from_map, wrap_bearing
+from radar_service.propagation import ABOVE_LAND, LandBefore, radar_two_rays
+from radar_service.radar import horizon
+from radar_service.records import BodyTruth, Truth
+from radar_service.scattering import R2, height_over_horizon, normals_and_areas, points_in_triangles, scattering_model
 from radar_service.stages.points import observed_offset
-from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints
-from radar_service.trace.occluder import beyond_horizon
-from radar_service.world.body import Mesh
-from radar_service.world.geo import geographic_from_map
-from radar_service.world.motion import Pose
-from radar_service.world.poses import pose_at
-from radar_service.world.scene import Scene
-from radar_service.world.stream import through_water
+from radar_service.trace import OcclusionScene, SurfacePoints, beyond_horizon
+from radar_service.world import Mesh, Pose, Scene, geographic_from_map, pose_at, through_water
 
 REASONS = ("beyond range", "below horizon", "blind sector", "shadowed", "")  # by how many tests a body passes, in this order
 VISIBLE = len(REASONS) - 1  # tests that a visible point passes
@@ -40,9 +29,7 @@ VERTICES = 2**18  # at a time
 FACE_POINTS = 4096  # of a body, spread evenly over the area of its faces: 15 mm apart on a wall of 60 m, seen from its foot
 FIRST = 8  # of so many points one is asked first, which tells most bodies
 MAX_SURFACES = 512  # whose points are kept: 130 KB each
-Candidates = tuple[
-    Floats, Callable[[Indices], Flags]
-]  # points (W, 3) on the map [m], and which of them, by index, are visible
+Candidates = tuple[Floats, Callable[[Indices], Flags]]  # points (W, 3) on the map [m]; which of them, by index, are visible
 
 
 class GroundTruth:
@@ -175,7 +162,7 @@ class GroundTruth:
             latitude, longitude = (float(v) for v in geographic_from_map(position, self.scene.origin))
         course, speed = water_tracks(self.scene, pose)
         return BodyTruth(
-            name, _triple(position), _triple(pose.velocity[0]),
+            name, triple(position), triple(pose.velocity[0]),
             float(pose.heading[0]), float(pose.course[0]), float(pose.speed[0]), float(polar.range),
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
             float(extent), course[0], speed[0],
@@ -190,7 +177,8 @@ def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | 
     return course.tolist(), speed.tolist()
 
 
-def _triple(vector: Floats) -> tuple[float, float, float]:
+def triple(vector: Sequence[float] | Floats) -> tuple[float, float, float]:
+    """Returns a vector (3,) as plain numbers."""
     return float(vector[0]), float(vector[1]), float(vector[2])
 
 

@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from radar_service.numerics.constants import EARTH_RADIUS
-from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.types import Floats
+from radar_service.numerics import EARTH_RADIUS, Floats, wrap_bearing
 
 if TYPE_CHECKING:
     from pyproj import Geod

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.random import Generator
 
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import hull, loft
 
@@ -251,7 +251,7 @@ def hull_mesh(hull_type: str, seed: int, length: float, beam: float, height: flo
     hull_type: one of HULL_TYPES; `plain` is `shapes.hull`, whose foot is the waterline. seed: of the parts of the others, which
     reach below the waterline, and with masts above the roof.
     """
-    from radar_service.numerics.random import HULL_PARTS, generator  # here: it needs scipy, and scene files only the names
+    from radar_service.numerics import HULL_PARTS, generator  # here: it needs scipy, and scene files only the names
 
     if hull_type == PLAIN:
         return hull(length, beam, height)

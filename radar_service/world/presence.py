@@ -8,7 +8,7 @@ from typing import ClassVar, Protocol, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices
 
 ROUNDING = 1e-9  # s: a spoke counts as at an instant that it misses by rounding; spokes are some 1e-4 s apart
 MAX_CHANGES = 1024  # remembered, of each body

@@ -13,7 +13,7 @@ from radar_service.engine.stitched import StitchedEngine, near_seed, pulse_gain,
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
-from radar_service.world.materials import MATERIALS
+from radar_service.world.body import MATERIALS
 from tests.alone import clutter_of
 from tests.scenes import point, scene
 

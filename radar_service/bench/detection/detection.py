@@ -10,14 +10,13 @@ from scipy.interpolate import PchipInterpolator
 from scipy.stats import binom, gamma, ncx2
 
 from radar_service.bench.scenario import Scenario
-from radar_service.numerics.frames import effective_earth_radius
-from radar_service.numerics.gamma_law import known_level_factor
-from radar_service.numerics.types import Floats
-from radar_service.propagation.radar_equation import attenuation, elevation_gain, radar_two_rays, received_amplitude
-from radar_service.radar.parameters import Radar, horizon
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.scattering.swerling import per_azimuth
-from radar_service.world.environment import Environment
+from radar_service.numerics import Floats, effective_earth_radius, known_level_factor
+from radar_service.propagation import elevation_gain, radar_two_rays, received_amplitude
+from radar_service.propagation.radar_equation import attenuation
+from radar_service.radar import Radar, horizon
+from radar_service.receive import receiver_noise_power
+from radar_service.scattering import per_azimuth
+from radar_service.world import Environment
 
 SHAPES = {1: 1.0, 2: 1.0, 3: 2.0, 4: 2.0}  # of the gamma distribution of a Swerling case's power
 DRAWS = 200  # equally probable powers that stand for a distribution: errs by less than 1e-3

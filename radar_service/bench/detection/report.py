@@ -10,9 +10,8 @@ import numpy as np
 from radar_service.bench.detection.clutter import clutter_summary
 from radar_service.bench.report import table
 from radar_service.bench.run_picture import png_text
-from radar_service.numerics.constants import NAUTICAL_MILE
-from radar_service.terminal.html_pages import html_page
-from radar_service.terminal.output_files import make_folder, write_file
+from radar_service.numerics import NAUTICAL_MILE
+from radar_service.terminal import html_page, make_folder, write_file
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -24,13 +24,11 @@ from radar_service.bench.detection.detection import (
     spoke_gains,
 )  # fmt: skip
 from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError
-from radar_service.numerics.constants import NAUTICAL_MILE
-from radar_service.numerics.gamma_law import known_level_factor
-from radar_service.numerics.types import Floats, Indices
-from radar_service.receive.compression import receiver_noise_power
+from radar_service.numerics import NAUTICAL_MILE, Floats, Indices, known_level_factor
+from radar_service.receive import receiver_noise_power
 from radar_service.scene_file.load import load_scene
 from radar_service.simulator import Simulator
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 SCHEMA = 1
 LOWEST, HIGHEST = 0.05, 0.95  # Pd of the ranges that are tested

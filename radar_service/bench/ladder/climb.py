@@ -29,7 +29,7 @@ from radar_service.bench.scenario import Scenario, ScenarioError
 from radar_service.bench.single_run import scored_run
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 REFERENCE = "gnn"
 SCHEMA = 1

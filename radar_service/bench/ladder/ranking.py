@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 LEVEL = 0.05  # chance that equal trackers are told apart anywhere in one table
 CONFIDENCE = 0.95  # of intervals

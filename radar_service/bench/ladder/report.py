@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from radar_service.bench.report import table, unit_of
 from radar_service.bench.run_picture import png_text
-from radar_service.terminal.html_pages import html_page
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import html_page, write_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

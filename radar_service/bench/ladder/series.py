@@ -11,7 +11,7 @@ from pydantic import Field, model_validator
 from radar_service.bench.scenario import SUFFIX, FrozenTable, Scenario, ScenarioError, file_errors, file_of, load_scenario
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.key_paths import put
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 
 class Ladder(FrozenTable):

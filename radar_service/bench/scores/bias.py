@@ -7,7 +7,7 @@ import numpy as np
 
 from radar_service.bench.scores.plot_scores import matches
 from radar_service.bench.scores.scan_result import ScanResult
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 ROUNDING = 1e-9  # m or rad: plots are no surer
 SURE = 4.0  # standard errors: a bias of none exceeds them in one of 15 000 runs

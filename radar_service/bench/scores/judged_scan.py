@@ -9,7 +9,7 @@ from scipy.optimize import linear_sum_assignment
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth, as_reported, at_end
 from radar_service.bench.scores.sightings import Sightings, sightings_of
 from radar_service.bench.trackers.tracker import TrackState, moved_on
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 CUTOFF = 200.0  # m, of OSPA and GOSPA, and of an association
 MAX_AGE = 3  # scans: the target of an older state is missed, unless the tracker says that it coasts

@@ -8,8 +8,8 @@ from scipy.optimize import linear_sum_assignment
 
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.scores.set_scores import mean
-from radar_service.numerics.frames import wrap_angle
-from radar_service.plots.plot import Plot
+from radar_service.numerics import wrap_angle
+from radar_service.plots import Plot
 
 GATE = 15.0  # m: a plot of a point is no farther from it in range, nor across it ...
 GATE_BEARING = 0.01  # rad ... or within this angle, at long range; both with half the length of an extended target

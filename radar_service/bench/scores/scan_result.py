@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
-from radar_service.numerics.types import Floats
-from radar_service.plots.flood import Flood
+from radar_service.numerics import Floats
+from radar_service.plots import Flood
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import numpy as np
 
 from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan
 from radar_service.bench.trackers.tracker import CPA_LIMIT, TCPA_LIMIT, TrackState
-from radar_service.numerics.constants import NAUTICAL_MILE
+from radar_service.numerics import NAUTICAL_MILE
 from radar_service.truth.crossings import closest_approach
 
 SETTLED = 180.0  # s after a target is seen first

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from radar_service.bench.trackers.tracker import AisTarget, Tracker, TrackerInput, TrackState, moved_on
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 
 POSITION, VELOCITY = 30.0, 1.0  # m, m/s: standard deviations of differences, for sensors of low accuracy (above 10 m)
 DRIFT = 0.2  # m/s by which a reported velocity errs, as a position that is moved on

@@ -13,7 +13,7 @@ from dataclasses import asdict
 from typing import Any, TextIO
 
 from radar_service.bench.trackers.tracker import AisTarget, DataSheet, Tracker, TrackerInput, begin_run
-from radar_service.plots.plot import Plot
+from radar_service.plots import Plot
 from radar_service.strict_json import tupled
 
 READY = "ready"

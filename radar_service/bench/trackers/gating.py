@@ -10,8 +10,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats, wrap_angle
 
 EPOCH = datetime(2000, 1, 1)
 

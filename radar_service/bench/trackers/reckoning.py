@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.bench.trackers.tracker import Tracker, TrackerInput, TrackState
-from radar_service.numerics.types import Floats
-from radar_service.plots.plot import Plot
+from radar_service.numerics import Floats
+from radar_service.plots import Plot
 
 
 class ReckonedTracker:

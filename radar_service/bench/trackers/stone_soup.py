@@ -15,7 +15,7 @@ from radar_service.bench.trackers.ais_association import AssociatingTracker
 from radar_service.bench.trackers.gating import EPOCH, Tuning
 from radar_service.bench.trackers.reckoning import ReckonedTracker
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackerInput, TrackState
-from radar_service.terminal.extras import extra
+from radar_service.terminal import extra
 
 LEAST_CLUTTER = 1e-8  # false plots per m^2 where hardly any are told
 

@@ -33,12 +33,11 @@ from stonesoup.updater.kalman import ExtendedKalmanUpdater
 from typing_extensions import override
 
 from radar_service.bench.trackers.gating import EPOCH, Tuning, pair_distances
-from radar_service.numerics.types import Floats
-from radar_service.plots.extractor import PlotExtractor
-from radar_service.plots.plot import Plot
-from radar_service.radar.parameters import Radar
-from radar_service.records.truth import Snapshot
-from radar_service.scans.scan import Scan
+from radar_service.numerics import Floats
+from radar_service.plots import Plot, PlotExtractor
+from radar_service.radar import Radar
+from radar_service.records import Snapshot
+from radar_service.scans import Scan
 
 SLACK = 1.01  # times the gate: Stone Soup differentiates numerically, which changes a distance by a relative 1e-7
 JPDA_GATE = 3.04  # the root of 9.21, which two normal errors exceed in 1 %

@@ -7,8 +7,8 @@ from typing import Any, Literal, Protocol
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
-from radar_service.plots.plot import Plot
+from radar_service.numerics import Floats
+from radar_service.plots import Plot
 
 CPA_LIMIT, TCPA_LIMIT = 3704.0, 1800.0  # m, s: of alarms, as a user sets them
 Vector = Floats | Sequence[float]

@@ -7,10 +7,10 @@ Types 1 (position, class A and SART), 5 (static, class A), 14 (text of a SART), 
 import math
 from dataclasses import replace
 
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics import KNOT
 from radar_service.ports.ais.transponders import Position
 from radar_service.ports.nmea.sentences import sentence
-from radar_service.world.ais import AisShip
+from radar_service.world import AisShip
 
 MINUTE_PARTS = 10_000  # of the position
 NO_LONGITUDE, NO_LATITUDE, NO_HEADING, NO_TURN = 181.0, 91.0, 511, -128

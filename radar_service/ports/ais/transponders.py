@@ -9,18 +9,13 @@ from datetime import timedelta
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.random import generator, name_key
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats, generator, name_key, wrap_bearing
 from radar_service.ports.nmea.nmea_port import ROUNDING, SentenceSchedule
 from radar_service.ports.nmea.own_ship import OwnShipReport, own_reports
-from radar_service.records.truth import ShipStates
-from radar_service.service.radio.prefetch import SpokeSourceFault
+from radar_service.records import ShipStates
 from radar_service.service.radio.station import Station
-from radar_service.spoke_source import TellsShips
-from radar_service.world.ais import Ais, AisShip
-from radar_service.world.ais_reporting import TENTHS, Reporting
-from radar_service.world.geo import geographic_from_map, true_bearing
+from radar_service.spoke_source import SpokeSourceFault, TellsShips
+from radar_service.world import TENTHS, Ais, AisShip, Reporting, geographic_from_map, true_bearing
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from pkgutil import resolve_name
 from typing import TYPE_CHECKING
 
 from radar_service.ports.udp.addresses import address, check_reach, numeric
-from radar_service.terminal.arguments import add_whole_number
+from radar_service.terminal import add_whole_number
 
 if TYPE_CHECKING:
     from radar_service.ports.asterix.asterix_port import AsterixPort

@@ -5,9 +5,7 @@ import contextlib
 from collections.abc import Callable, Sequence
 from functools import partial
 
-from radar_service.plots.extractor import Extract, LivePlots
-from radar_service.plots.plot import Plot
-from radar_service.plots.plot_process import PlotProcess, extraction
+from radar_service.plots import Extract, LivePlots, Plot, PlotProcess, extraction
 from radar_service.ports.asterix.blocks import Form, plot_blocks, summary, video
 from radar_service.ports.port import Service
 from radar_service.ports.udp.udp_port import Sender, UdpPort

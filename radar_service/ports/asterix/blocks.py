@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.display.video import DB_PER_STEP, decibels
-from radar_service.numerics.constants import NAUTICAL_MILE
-from radar_service.plots.plot import Plot
+from radar_service.numerics import NAUTICAL_MILE
+from radar_service.plots import Plot
 from radar_service.ports.udp.sender import MAX_DATAGRAM
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.geo import true_bearing
+from radar_service.world import true_bearing
 
 CATEGORY = 240
 LIGHT = 299_792_458.0  # m/s: ranges are times there

@@ -15,14 +15,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from radar_service.display.video import Bytes
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.ports.dialect.dialect import SPINNING_UP, TRANSMIT, Dialect, SampleForm, Setting, Spoke
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.capture import Capture, CaptureSender
 from radar_service.ports.udp.sender import UdpSender
 from radar_service.ports.udp.udp_port import Sender
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch, SpokeSink
-from radar_service.world.geo import true_bearing
+from radar_service.world import true_bearing
 
 REPORTS, FOUND_BY = 0.5, 1.0  # s between two of each
 

@@ -7,7 +7,7 @@ import socket
 import struct
 from pathlib import Path
 
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 SIOCGIFFLAGS, SIOCGIFADDR, SIOCETHTOOL = 0x8913, 0x8915, 0x8946
 IFF_LOOPBACK = 8

@@ -31,7 +31,7 @@ from radar_service.service.fanout.client_queue import GRACE, ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.radio.station import Station
-from radar_service.world.error_settings import ErrorSettings, FeedErrors
+from radar_service.world import ErrorSettings, FeedErrors
 
 SLICE = 0.25  # s after which the errors are read again
 NO_ERRORS = FeedErrors(0.0, 0.0, 1, 0.0, 0.0, 0.0, 0.0, None, (), None, None)

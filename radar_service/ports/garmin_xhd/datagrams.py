@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
-from radar_service.numerics.constants import DISPLAY_RANGES
+from radar_service.numerics import DISPLAY_RANGES
 from radar_service.ports.dialect.dialect import (
     TRANSMIT,
     Commands,

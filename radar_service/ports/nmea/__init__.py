@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from radar_service.ports.udp.addresses import address, check_reach, numeric
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port

@@ -8,16 +8,13 @@ from datetime import datetime, timedelta
 import numpy as np
 
 from radar_service.errors.sensors import SensorLaws
-from radar_service.numerics.frames import wrap_bearing
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices, wrap_bearing
 from radar_service.ports.nmea import sentences
-from radar_service.radar.parameters import Radar
-from radar_service.records.reports import Readings
-from radar_service.records.truth import ShipStates
+from radar_service.radar import Radar
+from radar_service.records import Readings, ShipStates
 from radar_service.service.radio.station import Station
 from radar_service.spoke_source import TellsShips
-from radar_service.world.geo import geographic_from_map, true_bearing
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneOutline, geographic_from_map, true_bearing
 
 
 @dataclass(frozen=True)

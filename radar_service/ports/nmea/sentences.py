@@ -7,7 +7,7 @@ import math
 from datetime import datetime
 from functools import reduce
 
-from radar_service.numerics.constants import KNOT
+from radar_service.numerics import KNOT
 
 GYRO, GNSS, LOG, RADAR = "HE", "GP", "VD", "RA"  # talkers
 MINUTE_DIGITS = 5  # of positions: 18 mm

@@ -8,10 +8,10 @@ from datetime import datetime
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT, NAUTICAL_MILE
+from radar_service.numerics import KNOT, NAUTICAL_MILE
 from radar_service.ports.nmea.sentences import RADAR, bearing, clock, fixed, latitude_longitude, sentence
-from radar_service.records.truth import BodyTruth, Truth
-from radar_service.world.geo import Origin, true_bearing
+from radar_service.records import BodyTruth, Truth
+from radar_service.world import Origin, true_bearing
 
 MARK = "TRUTH"
 MAX_TARGETS = 99  # numbers of two digits

@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.terminal.arguments import UsageError, add_sources, check_sources, file_ending
-from radar_service.terminal.output_files import prepare
+from radar_service.terminal import UsageError, add_sources, check_sources, file_ending, prepare
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port
@@ -33,7 +32,7 @@ def opened(options: argparse.Namespace) -> "Port | None":
                 )
         return None
     from radar_service.ports.recorder.service_recorder import RecorderPort
-    from radar_service.records.cell_sources import SourceRequest
+    from radar_service.records import SourceRequest
 
     prepare([options.record], options.overwrite)
     return RecorderPort(options.record, options.truth, SourceRequest(options.labels, options.powers))

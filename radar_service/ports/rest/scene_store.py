@@ -18,8 +18,7 @@ from typing import Any, Literal
 
 from radar_service.service.jobs import Busy
 from radar_service.service.scene_request import SceneRequest
-from radar_service.world.error import SceneError
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneError, SceneOutline
 
 HOME = "radar-scenes-"  # how the names of the folders of uploads begin
 MAX_UPLOADS = 32

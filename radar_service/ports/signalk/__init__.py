@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port

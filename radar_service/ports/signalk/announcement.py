@@ -6,8 +6,7 @@ import socket
 from typing import TYPE_CHECKING
 
 from radar_service.service.logs import log_event
-from radar_service.terminal.arguments import UsageError
-from radar_service.terminal.extras import extra
+from radar_service.terminal import UsageError, extra
 
 if TYPE_CHECKING:
     from zeroconf.asyncio import AsyncZeroconf

@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Floats
+from radar_service.numerics import Floats
 from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.spokes import SpokeBatch
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world.geo import geographic_from_map, true_bearing
+from radar_service.world import geographic_from_map, true_bearing
 
 VARINT, DOUBLE, BYTES = 0, 1, 2  # wire types
 SPOKES = 2 << 3 | BYTES

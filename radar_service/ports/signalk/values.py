@@ -12,8 +12,8 @@ from radar_service.ports.nmea.own_ship import OwnShipReport
 from radar_service.ports.nmea.targets import MARK, closest_approach, true_angles
 from radar_service.ports.signalk.radars import Radars, control_values
 from radar_service.ports.signalk.subscriptions import SELF, Path
-from radar_service.records.truth import BodyTruth, Truth
-from radar_service.world.geo import Origin
+from radar_service.records import BodyTruth, Truth
+from radar_service.world import Origin
 
 MAX_TARGETS = 500  # of a radar: each is told each second
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.terminal.arguments import UsageError, file_ending
+from radar_service.terminal import UsageError, file_ending
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port

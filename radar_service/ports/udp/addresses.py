@@ -16,7 +16,7 @@ from ipaddress import ip_address
 from typing import NamedTuple
 
 from radar_service.service.access import is_loopback
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 HERE = "127.0.0.1"
 MAX_DATAGRAMS = 64  # at once

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from radar_service.ports.port import Port
 from radar_service.service.logs import log_event
-from radar_service.terminal.output_files import named_errors, prepare
+from radar_service.terminal import named_errors, prepare
 
 HEADER = struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 2**18, 1)  # of the file: Ethernet
 UDP = 17  # number of the protocol

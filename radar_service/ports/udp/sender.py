@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from radar_service.ports.udp.addresses import Address
 from radar_service.ports.udp.capture import Capture
 from radar_service.service.logs import log_event
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 REOPEN = 1.0  # s between two sockets to a network that is away
 MAX_DATAGRAM = 1400  # bytes: fits a frame of Ethernet

@@ -6,7 +6,7 @@ from typing import Protocol
 
 from radar_service.ports.port import Port, Service
 from radar_service.service.radio.station import Station, Stations
-from radar_service.terminal.arguments import UsageError
+from radar_service.terminal import UsageError
 
 
 class Sender(Protocol):

@@ -12,16 +12,12 @@ from typing import Self
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.frames import body_rotation, map_from_body
-from radar_service.numerics.types import Complexes, Floats
-from radar_service.propagation.diffraction import MAX_HEIGHT, diffraction_height
-from radar_service.propagation.land_reflection import ABOVE_LAND, LandBefore
-from radar_service.propagation.radar_equation import radar_two_rays
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Complexes, Floats, body_rotation, map_from_body
+from radar_service.propagation import ABOVE_LAND, MAX_HEIGHT, LandBefore, diffraction_height, radar_two_rays
+from radar_service.radar import Radar
 from radar_service.scattering.physical_optics.cast_shadows import CastShadows
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.environment import Environment
-from radar_service.world.poses import BodyPose
+from radar_service.trace import OcclusionScene
+from radar_service.world import BodyPose, Environment
 
 HEIGHTS = 40.0  # in a natural height (4.8 m in X band): linear in between, the field errs by 0.1 % of the direct one
 FLATTEST = 1.5  # m of height that a cell may have over the sea: 0.5 rad of 2 k h1 dz dR / R^2 at 300 m after 5 m of way

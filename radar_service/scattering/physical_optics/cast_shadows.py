@@ -14,12 +14,11 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import Flags, Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture, Windows
 from radar_service.scattering.physical_optics.skylines import Outlook
-from radar_service.trace.box_tree import Boxes
-from radar_service.trace.triangle_clusters import TriangleClusters, box_corners
-from radar_service.world.poses import MAP_POSE, BodyPose
+from radar_service.trace import Boxes, TriangleClusters, box_corners
+from radar_service.world import MAP_POSE, BodyPose
 
 MAX_TRIANGLES = 4_000  # that cast shadows exactly on a body: more have outlines
 RINGS = 32  # about the antenna, of shores between which the sea may reflect rays to a body

@@ -7,10 +7,9 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from radar_service.numerics.types import Flags, Floats
-from radar_service.radar.parameters import Radar
-from radar_service.world.body import Body, Mesh
-from radar_service.world.large_mesh import mesh_sample, outward_winding
+from radar_service.numerics import Flags, Floats
+from radar_service.radar import Radar
+from radar_service.world import Body, Mesh, mesh_sample, outward_winding
 
 COPLANAR = 1e-6  # rad between normals: over a patch of 100 m a sag of 0.1 mm, a hundredth of a radian of two-way phase
 LEVEL = 1e-4  # of the body's size: what rises less above a plane is the plane's own rounding or the sag of a fine mesh

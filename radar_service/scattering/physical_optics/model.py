@@ -11,11 +11,10 @@ from typing import ClassVar, Self
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.frames import map_from_body
-from radar_service.numerics.types import Floats, Indices
-from radar_service.propagation.diffraction import diffraction_height
-from radar_service.radar.parameters import Radar, horizon
-from radar_service.records.fidelity import Fidelity
+from radar_service.numerics import Floats, Indices, map_from_body
+from radar_service.propagation import diffraction_height
+from radar_service.radar import Radar, horizon
+from radar_service.records import Fidelity
 from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
 from radar_service.scattering.physical_optics.body_legs import FLATTEST, BodyLeg, SeaField, ground_before
 from radar_service.scattering.physical_optics.cast_shadows import Onlooker
@@ -43,10 +42,8 @@ from radar_service.scattering.physical_optics.scattering_centres import (
 )
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import normals_and_areas
-from radar_service.trace.tree_cache import content_key
-from radar_service.world.body import Body, Mesh, Plating
-from radar_service.world.materials import power_reflectivity
-from radar_service.world.poses import BodyPose, pose_at
+from radar_service.trace import content_key
+from radar_service.world import Body, BodyPose, Mesh, Plating, pose_at, power_reflectivity
 
 BOX_CORNERS = np.arange(8)[:, None] & [1, 2, 4] > 0  # (8, 3) at which end of each axis each lies
 # Facets are added coherently, and equal facets repeat their error of phase, so it forms a beam of its own. With these sags it

@@ -8,9 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Flags, Floats
-from radar_service.propagation.multipath import reflection_distance
+from radar_service.numerics import Flags, Floats, wrap_angle
+from radar_service.propagation import reflection_distance
 
 NEAREST = 1e-3  # m: distances below it count as this one
 AROUND = 1.5  # rad aside of its middle, from which a hull may hold the antenna

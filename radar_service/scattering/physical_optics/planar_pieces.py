@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Floats, Indices
-from radar_service.world.body import Mesh
+from radar_service.numerics import Floats, Indices
+from radar_service.world import Mesh
 
 ORDER_BITS = 10  # of each coordinate along the curve by which pieces are sorted
 # By bounces, over a sea by four paths: medians of the kernel alone for five hulls of 209 to 272 pieces, coaster, freighter and

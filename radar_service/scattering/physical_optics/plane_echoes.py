@@ -14,14 +14,13 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import Complexes, Floats, Indices
+from radar_service.radar import Radar
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plating import PlatedWalls
 from radar_service.scattering.predictions import NEAREST
-from radar_service.world.body import Mesh
-from radar_service.world.poses import MAP_POSE
+from radar_service.world import MAP_POSE, Mesh
 
 # Of the field of the ship's usual largest cell: surfaces and bounces that have less at most are left out
 FAINT, FAINT_BOUNCE = 1e-3, 3e-3

@@ -20,12 +20,9 @@ from typing import Self
 import numpy as np
 from scipy.special import j0
 
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 from radar_service.scattering.surface_sampling import normals_and_areas
-from radar_service.world.body import Body, Mesh, Plating
-from radar_service.world.environment import Environment
-from radar_service.world.large_mesh import mesh_sample
-from radar_service.world.materials import is_metal
+from radar_service.world import Body, Environment, Mesh, Plating, is_metal, mesh_sample
 
 STEEPEST = 0.5  # of a wall's normal, its rise: flatter surfaces are decks and roofs, which waves graze
 UPRIGHT = np.deg2rad(0.1)  # off upright: a wall 10 m high then leans by half a wavelength of X band

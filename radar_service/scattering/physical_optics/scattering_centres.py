@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Complexes, Floats, Indices
+from radar_service.numerics import Complexes, Floats, Indices
 from radar_service.scattering.physical_optics.body_legs import FLATTEST, BodyLeg
 from radar_service.scattering.physical_optics.plane_echoes import PlaneEchoes
 

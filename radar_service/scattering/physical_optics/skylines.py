@@ -10,7 +10,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics.types import Floats, Indices
+from radar_service.numerics import Floats, Indices
 from radar_service.scattering.physical_optics.picture import NEAREST, Picture
 
 SHARE, FINEST = 0.002, 0.02  # of the body's height, and m at the body: an outline errs by the larger of both at most

@@ -7,19 +7,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.types import Floats, Indices
-from radar_service.radar.folding import least_chirp_error_db, remedies
-from radar_service.radar.parameters import Radar
-from radar_service.radar.waveform import pulse_doppler_shift
-from radar_service.scattering.reflector_patterns import highest_rcs
-from radar_service.world.body import Body
-from radar_service.world.error import SceneError
-from radar_service.world.materials import is_land
-from radar_service.world.motion import Motion
-from radar_service.world.platform import Platform
-from radar_service.world.poses import pose_at
-from radar_service.world.scene import World
+from radar_service.numerics import KNOT, Floats, Indices
+from radar_service.radar import Radar, least_chirp_error_db, pulse_doppler_shift, remedies
+from radar_service.scattering import highest_rcs
+from radar_service.world import Body, Motion, Platform, SceneError, World, is_land, pose_at
 
 MAX_CHIRP_ERROR_DB = -40.0  # of the field, what the samples fold: the default error budget
 MAX_STATIC_EXTENT = 150_000.0  # m between bodies at rest: above, visibility is wrong on 1 % of a 1 m body's surface
@@ -86,8 +77,7 @@ def _doppler(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
     cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength, radar.chirp.doppler_coupling)
     if cells > MAX_DOPPLER_SHIFT:
         yield (
-            f"radar.pulse_s: at {speed / KNOT:.0f} kn Doppler within a pulse of {radar.pulse:g} s moves echoes by "
-            f"{cells:.2g} "
+            f"radar.pulse_s: at {speed / KNOT:.0f} kn Doppler within a pulse of {radar.pulse:g} s moves echoes by {cells:.2g} "
             "range cells; the simulation models motion between spokes only: shorten the pulse for exact ranges"
         )
 
@@ -190,9 +180,7 @@ def surfaces_above(vertices: Floats, faces: Indices, point: Floats) -> int:
     foot = point[:2] + PLUMB_LINE_OFFSET
     if (vertices[:, :2].min(axis=0) > foot).any() or (vertices[:, :2].max(axis=0) < foot).any():
         return 0
-    side = np.zeros(
-        len(vertices), dtype=np.uint8
-    )  # a bit each for west, east, south and north: a byte a vertex is read fast
+    side = np.zeros(len(vertices), dtype=np.uint8)  # a bit each for west, east, south, north: a byte is read fast
     for axis in (0, 1):
         side |= (vertices[:, axis] <= foot[axis]) * np.uint8(1 << 2 * axis)
         side |= (vertices[:, axis] >= foot[axis]) * np.uint8(2 << 2 * axis)

@@ -25,7 +25,7 @@ from radar_service.stages.fields import (
     with_keys,
 )
 from radar_service.stages.registry import effects, given_keys
-from radar_service.world.hull_types import HULL_TYPES, PLAIN
+from radar_service.world import HULL_TYPES, PLAIN
 
 MAX_UNITS = 1000  # of a schedule
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time

@@ -6,7 +6,7 @@ from typing import Annotated, Any, NamedTuple
 
 from pydantic import Discriminator, Field, Tag
 
-from radar_service.radar.parameters import FIRST_ID
+from radar_service.radar import FIRST_ID
 from radar_service.scene_file.model.radar import RadarModel
 from radar_service.stages.fields import Bearing, EastNorth, Latitude, Longitude, Section, with_keys
 from radar_service.stages.registry import effects
@@ -92,10 +92,7 @@ def has_sensors(entry: RadarEntry) -> bool:
 
 
 def radar_problems(
-    radars: Radars,
-    own_ship_body: str | None,
-    can_carry: Mapping[str, bool],
-    has_origin: bool,
+    radars: Radars, own_ship_body: str | None, can_carry: Mapping[str, bool], has_origin: bool
 ) -> Iterator[str]:
     """Yields what is wrong: equal ids, and for a platform that the scene does not have.
 
@@ -117,10 +114,7 @@ def radar_problems(
 
 
 def error_owner_problems(
-    radars: Radars,
-    own_ship_body: str | None,
-    own_ship_errs: bool,
-    bodies_with_errors: Mapping[str, int],
+    radars: Radars, own_ship_body: str | None, own_ship_errs: bool, bodies_with_errors: Mapping[str, int]
 ) -> Iterator[str]:
     """Yields what is wrong: errors of sensors that no radar uses, and for two tables of one platform.
 

@@ -5,8 +5,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Generic, Literal, NamedTuple, TypeVar
 
-from radar_service.numerics.types import Floats, Indices
-from radar_service.world.error import SceneError
+from radar_service.numerics import Floats, Indices
+from radar_service.world import SceneError
 
 Faces = Indices
 Triangles = tuple[Floats, Faces]  # vertices (V, 3) in units of the file, faces (F, 3)

@@ -13,7 +13,7 @@ from typing import Any
 from radar_service import plug_ins
 from radar_service.scene_file.readers.file_format import Format
 from radar_service.scene_file.readers.stl import cut_or_padded
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 ASSIMP = "assimp export {} {} -tri makes an .obj of it"
 OTHER_ENDINGS = {  # that are not read: why, and what to do; {} are the file and the one that is made of it

@@ -10,7 +10,7 @@ from typing import Any
 
 from radar_service.scene_file.readers.file_format import Format, Triangles, check_face_count
 from radar_service.scene_file.readers.trimesh_parser import exported_box, trimesh_triangles
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 MAX_JSON_BYTES = 20 * 2**20
 MAX_NODES = 100_000

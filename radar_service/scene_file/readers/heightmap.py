@@ -5,23 +5,19 @@ coordinates: the engine applies the earth's curvature. Sea bed and land outside 
 map stands above the sea, a skirt closes it: a wall, which faces outward, from the rim down below the sea.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.numerics.types import Flags, Floats, Indices
+from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers.formats import examples
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.raster import Raster, raster_from_bytes
 from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT
-from radar_service.world.body import Mesh
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin, map_from_geographic
+from radar_service.world import Mesh, Origin, SceneError, map_from_geographic
 
 SEA_BED = -1.0  # m, height of samples without data: land beside them ends at the sea
 SKIRT_FOOT = -1.0  # m, height of the lower end of skirts: below the sea, so that nothing shows between them and it
@@ -84,7 +80,7 @@ def heightmap_terrain(
     heights = heights_from_raster(body, raster, location) + start[2]
     if raster.empty is not None:
         heights[raster.empty] = SEA_BED
-    positions = _placement(body, raster, start, origin, location)(heights.shape)
+    positions = _placement(body, raster, start, origin, location)
     if not np.abs(positions).max() <= MAX_COORDINATE:
         raise SceneError(
             f"{location}.heightmap: the map extends {np.abs(positions).max():g} m from the origin; at most "
@@ -139,12 +135,13 @@ def heights_from_raster(body: HeightMapBodyModel, raster: Raster, location: str)
 
 def _placement(
     body: HeightMapBodyModel, raster: Raster, start: Floats, origin: Origin | None, location: str
-) -> Callable[[tuple[int, ...]], Floats]:
-    """Returns a function from the shape of the map to the east, north (rows, columns, 2) [m] of its samples."""
+) -> Floats:  # fmt: skip
+    """Returns the east, north (rows, columns, 2) [m] of the samples of a map."""
+    shape = raster.samples.shape
     if body.extent_m is not None:
         extent = body.extent_m
         x, y = (start[k] + extent[k] * np.array([-0.5, 0.5]) for k in range(2))
-        return lambda shape: _grid(x, y, shape)
+        return _grid(x, y, shape)
     corners = raster.corners
     if body.south_west_deg is not None and body.north_east_deg is not None:
         corners = (body.south_west_deg, body.north_east_deg)
@@ -164,13 +161,7 @@ def _placement(
             f"{location}.south_west_deg: [{south:g}, {west:g}] is not south and west of north_east_deg "
             f"[{north:g}, {east:g}]; {remedy}"
         )
-    map_origin = origin
-
-    def geographic(shape: tuple[int, ...]) -> Floats:
-        grid = _grid(np.array([west, east]), np.array([south, north]), shape)
-        return _map_positions(grid, map_origin)
-
-    return geographic
+    return _map_positions(_grid(np.array([west, east]), np.array([south, north]), shape), origin)
 
 
 def _grid(x: Floats, y: Floats, shape: tuple[int, ...]) -> Floats:

@@ -7,11 +7,10 @@ import re
 
 import numpy as np
 
-from radar_service.numerics.ragged import spans
-from radar_service.numerics.types import Indices
+from radar_service.numerics import Indices, spans
 from radar_service.scene_file.readers.file_format import Format, Triangles
 from radar_service.scene_file.readers.trimesh_parser import exported_box
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 MAX_VERTICES = 2**31
 

@@ -4,7 +4,7 @@ from functools import partial
 
 from radar_service.scene_file.readers.file_format import Format, Triangles, check_face_count
 from radar_service.scene_file.readers.trimesh_parser import exported_box, trimesh_triangles
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 PLY_SIZES = {"char": 1, "uchar": 1, "short": 2, "ushort": 2, "int": 4, "uint": 4, "float": 4, "double": 8,
              "int8": 1, "uint8": 1, "int16": 2, "uint16": 2, "int32": 4, "uint32": 4, "float32": 4,

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service import plug_ins
-from radar_service.numerics.types import Flags
+from radar_service.numerics import Flags
 from radar_service.scene_file.readers.file_format import Format, refusals
 from radar_service.scene_file.readers.formats import formats_of
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 MAX_SIDE = 4097
 MAX_FILE_BYTES = 200 * 2**20

@@ -19,12 +19,11 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from radar_service.numerics.constants import MAX_COORDINATE
+from radar_service.numerics import MAX_COORDINATE
 from radar_service.processes.limits import BACKSTOP, MAX_PROCESSOR_TIME, child_environment, machine_busy
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.mesh_reader import BodyFile
-from radar_service.world.body import Mesh
-from radar_service.world.error import SceneError
+from radar_service.world import Mesh, SceneError
 
 MAX_MEMORY = 2 * 2**30  # bytes above the interpreter's own; an STL of 64 MiB needs 1.2 GiB
 MAX_TRIANGLES = 4_000_000  # of a scene: some 300 MB with their ray-tracing tree
@@ -117,16 +116,12 @@ class Sandbox:
     def _running_child(self) -> subprocess.Popen[bytes]:
         """Returns the child; starts one if none is running."""
         if self._child is None or self._child.poll() is not None:
-            self._child = self._start_child()
+            inherited = {key: os.environ[key] for key in ("SYSTEMROOT",) if key in os.environ}  # Windows needs it
+            environment, pipe = inherited | child_environment(), subprocess.PIPE
+            self._child = subprocess.Popen(
+                self._command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment
+            )  # fmt: skip
         return self._child
-
-    def _start_child(self) -> subprocess.Popen[bytes]:
-        inherited = {key: os.environ[key] for key in ("SYSTEMROOT",) if key in os.environ}  # Windows needs it
-        return subprocess.Popen(
-            self._command,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env=inherited | child_environment(),
-        )  # fmt: skip
 
     def _end(self) -> None:
         child, self._child = self._child, None

@@ -20,7 +20,7 @@ from radar_service.processes.limits import forbid_access, limit_memory, limit_pr
 from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.mesh_reader import FILES, IN_PROCESS, BodyFile, MeshReader
 from radar_service.scene_file.readers.sandbox import DTYPES, MAX_TRIANGLES
-from radar_service.world.error import SceneError
+from radar_service.world import SceneError
 
 Arrays = dict[str, NDArray[Any]]
 

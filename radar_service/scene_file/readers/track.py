@@ -6,11 +6,8 @@ import math
 
 import numpy as np
 
-from radar_service.numerics.constants import MAX_COORDINATE
-from radar_service.numerics.types import Floats
-from radar_service.world.error import SceneError
-from radar_service.world.geo import Origin, map_from_geographic
-from radar_service.world.motion import Motion, segment_headings
+from radar_service.numerics import MAX_COORDINATE, Floats
+from radar_service.world import Motion, Origin, SceneError, map_from_geographic, segment_headings
 
 MAX_TRACK_BYTES = 50 * 2**20
 MAX_TRACK_ROWS = 1_000_000
@@ -101,8 +98,7 @@ def _positions(columns: dict[str, Floats], lines: list[int], location: str, orig
     if invalid.size:
         k = int(invalid[0])
         raise SceneError(
-            f"{location}, line {lines[k]}: latitude {latitude[k]:g}, longitude {longitude[k]:g} is not allowed; -90 to "
-            "90 and "
+            f"{location}, line {lines[k]}: latitude {latitude[k]:g}, longitude {longitude[k]:g} is not allowed; -90 to 90 and "
             "-180 to 180 degrees: correct the row"
         )
     return map_from_geographic(latitude, longitude, origin)

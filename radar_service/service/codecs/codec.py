@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import Protocol
 
-from radar_service.records.truth import Truth
+from radar_service.records import Truth
 from radar_service.service.codecs.native.messages import NativeCodec
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch

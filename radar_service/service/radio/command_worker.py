@@ -15,10 +15,10 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.pacer import GroupClock
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.spoke_source import Commanded
-from radar_service.world.commands import Command, CommandError
+from radar_service.world import Command, CommandError
 
 MAX_WAITING = 256  # commands; the command worker takes all of them some 60 times a second
 COMMAND_TIMEOUT = 10.0  # s until a command is given up; it takes the time of a batch of spokes

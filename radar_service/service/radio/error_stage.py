@@ -13,14 +13,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics.types import Floats, Indices, Singles
-from radar_service.records.reports import Readings
-from radar_service.records.spokes import SpokeBlock
-from radar_service.records.truth import OwnShipTruth
+from radar_service.numerics import Indices, Singles
+from radar_service.records import OwnShipTruth, Readings, SpokeBlock
 from radar_service.scene_file.model.errors import MAX_LATENCY_S
 from radar_service.service.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo, TruthLine
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world import ErrorSettings
 
 NEVER = -1
 
@@ -48,11 +46,8 @@ class ReadingsHistory:
             order = np.argsort(self._number, kind="stable")
             kept = order[np.count_nonzero(self._number == NEVER) :]
             rows = kept[np.maximum(np.searchsorted(self._number[kept], number, side="right") - 1, 0)]
-        return _readings(self._table[rows])
-
-
-def _readings(table: Floats) -> Readings:
-    return Readings(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])
+        table = self._table[rows]
+        return Readings(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])
 
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from typing_extensions import override
 
 from radar_service.display.scan_correlation import ScanMemory
 from radar_service.display.video import Controls, Layout
-from radar_service.numerics.types import Singles
+from radar_service.numerics import Singles
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo
 

@@ -21,9 +21,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics.types import Singles
-from radar_service.radar.parameters import Radar
-from radar_service.records.spokes import SpokeBlock
+from radar_service.numerics import Singles
+from radar_service.radar import Radar
+from radar_service.records import SpokeBlock
 from radar_service.service.radio.pacer import RunControl
 from radar_service.service.radio.pacing import LATE_LIMIT, batch_spokes
 

@@ -10,9 +10,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.types import Flags, Floats
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import SPEED_OF_LIGHT, Flags, Floats
+from radar_service.radar import Radar
 
 X_BAND, S_BAND = (9.3e9, 9.5e9), (2.9e9, 3.1e9)  # Hz, of marine radars
 SART_BAND = (9.2e9, 9.5e9)  # Hz, that a SART sweeps over
@@ -75,9 +74,8 @@ class Beacon(ABC):
         """Within how far [m] pulses of a radar trigger it at boresight in free space; 0 where it does not take them."""
         if not self.receives(radar.frequency, radar.pulse):
             return 0.0
-        return float(
-            radar.wavelength / (4.0 * np.pi) * np.sqrt(radar.power * radar.gain / np.sqrt(radar.loss) / self.sensitivity)
-        )
+        reached = radar.power * radar.gain / np.sqrt(radar.loss) / self.sensitivity
+        return float(radar.wavelength / (4.0 * np.pi) * np.sqrt(reached))
 
     @property
     @abstractmethod
@@ -167,10 +165,8 @@ class Sart(Beacon):
         cycle = np.arange(SART_CYCLES) * (RETURN_SWEEP + FORWARD_SWEEP)
         begin = np.stack([cycle, cycle + RETURN_SWEEP], axis=-1).ravel()
         low, high = (edge - frequency for edge in SART_BAND)
-        length, first, last = (
-            np.tile(pair, SART_CYCLES) for pair in ((RETURN_SWEEP, FORWARD_SWEEP), (high, low), (low, high))
-        )
-        return Pulses(begin, length, first, last)
+        pairs = (RETURN_SWEEP, FORWARD_SWEEP), (high, low), (low, high)
+        return Pulses(begin, *(np.tile(pair, SART_CYCLES) for pair in pairs))
 
     @staticmethod
     def first_dot(frequency: float) -> float:

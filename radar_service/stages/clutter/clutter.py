@@ -10,11 +10,11 @@ from functools import partial
 
 import numpy as np
 
-from radar_service.numerics.types import Flags, Floats, Gain, Indices, Singles
-from radar_service.propagation.radar_equation import elevation_gain
-from radar_service.radar.parameters import horizon
-from radar_service.receive.compression import Compression, receiver_noise_power
-from radar_service.receive.detection import square_law
+from radar_service.numerics import Flags, Floats, Gain, Indices, Singles
+from radar_service.propagation import elevation_gain
+from radar_service.radar import horizon
+from radar_service.receive import Compression, receiver_noise_power
+from radar_service.records import square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
 from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA
 from radar_service.stages.clutter.rain_cell import RainCells
@@ -32,8 +32,8 @@ from radar_service.stages.clutter.sea import speckle_time, wind_factor
 from radar_service.stages.clutter.sea_clutter import Sea, prepare_sea, sea_power
 from radar_service.stages.clutter.texture import SpeckleRows
 from radar_service.stages.stage import RandomField
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene
 
 WATER_FACTOR = 0.93  # |K|^2 of liquid water from 0 to 20 C at 3 to 10 cm (Gunn and East 1954)
 RAIN_HEIGHT = 3000.0  # m above the sea: rain begins where snow melts, 0.36 km above 0 C in Rec. P.839; a temperate autumn
@@ -152,9 +152,7 @@ class ClutterRows(RandomField):
     @property
     def rain_share(self) -> Singles:
         """Share of the rain in the local mean power, as `amplitude`."""
-        columns = self.field.shape[1]
-        rain = self.rain[..., :columns]
-        rain = np.pad(rain, [(0, 0)] * (rain.ndim - 1) + [(0, columns - rain.shape[-1])])
+        rain = _in_columns(self.rain, self.field.shape[1])
         mean = self.amplitude * self.amplitude
         share = np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0)
         share[share > NEARLY_ALL] = 1.0
@@ -213,8 +211,7 @@ class Clutter:
         if left is not None:
             amplitude *= np.sqrt(left[:, :columns])
         if rain.shape[-1]:
-            rain = np.pad(rain, [(0, 0)] * (rain.ndim - 1) + [(0, columns - rain.shape[-1])])
-            amplitude = np.sqrt(amplitude * amplitude + rain)
+            amplitude = np.sqrt(amplitude * amplitude + _in_columns(rain, columns))
         return amplitude
 
 
@@ -266,3 +263,9 @@ def _above_floor(power: Floats, floor: float) -> Floats:
     """The bins of power (N,) [W] up to the last one above the floor [W]."""
     above = np.flatnonzero(power > floor)
     return power[: int(above[-1]) + 1] if len(above) else power[:0]
+
+
+def _in_columns(power: Singles, columns: int) -> Singles:
+    """Power (..., n) [W] in the first columns (..., columns), 0 where it ends before."""
+    power = power[..., :columns]
+    return np.pad(power, [(0, 0)] * (power.ndim - 1) + [(0, columns - power.shape[-1])])

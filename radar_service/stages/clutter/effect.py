@@ -9,7 +9,7 @@ from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Number
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 SEA, RAIN = 1, 2  # numbers of its sources
 TEXTURE_SHAPE = "sea_texture_shape"  # nu of the gamma texture

@@ -7,12 +7,11 @@ from typing import NamedTuple
 import numpy as np
 from pydantic import Field
 
-from radar_service.numerics.constants import KNOT
-from radar_service.numerics.types import Flags, Floats, Indices
-from radar_service.propagation.attenuation import rain_db_per_km
-from radar_service.radar.parameters import Radar
+from radar_service.numerics import KNOT, Flags, Floats, Indices
+from radar_service.propagation import rain_db_per_km
+from radar_service.radar import Radar
 from radar_service.stages.fields import DEGREE, Bearing, EastNorth, Number, Section
-from radar_service.world.environment import Attenuator, SightLines
+from radar_service.world import Attenuator, SightLines
 
 MAX_CELLS, MAX_CORNERS = 50, 100
 MIN_AREA = 1e4  # m^2

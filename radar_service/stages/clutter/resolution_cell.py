@@ -4,12 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.types import Floats, Gain, Indices, Profiles
-from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.radar.parameters import Radar
-from radar_service.receive.compression import Compression
-from radar_service.world.scene import Scene
+from radar_service.numerics import Floats, Gain, Indices, Profiles
+from radar_service.propagation import attenuation_amplitude, rain_db_per_km, received_amplitude
+from radar_service.radar import Radar
+from radar_service.receive import Compression
+from radar_service.world import Scene
 
 MIN_CLUTTER_TO_NOISE = 10.0**-1.5  # weaker clutter is not added: it would raise the noise by less than 0.14 dB
 TWO_WAY_EXTENT = 2.0  # two-way widths each side: a sinc^2 beam is past the first null, and its power 53 dB down beyond
@@ -38,9 +37,9 @@ def resolution_cell(gain: Gain, compression: Compression, range_step: float) -> 
     return ResolutionCell(width, float(np.mean(pulse_power(compression))) * range_step)  # Parseval
 
 
-def two_way_gain(radar: Radar, offset: Floats) -> Floats:
-    """Two-way power gain at offsets from boresight in azimuth [rad]."""
-    return radar.azimuth_gain(offset) ** 2
+def two_way_gain(radar: Radar, offset: Floats, stretch: float = 1.0) -> Floats:
+    """Two-way power gain at offsets from boresight in azimuth [rad], of a beam `stretch` times as wide."""
+    return radar.azimuth_gain(offset / stretch) ** 2
 
 
 def pulse_power(compression: Compression) -> Floats:
@@ -56,9 +55,8 @@ def received_share(scene: Scene, compression: Compression) -> Floats:
         return np.ones(radar.bins)
     eclipsed = min(radar.bins, int(np.ceil(radar.pulse * radar.sample_rate)) + 1)  # bins within c T / 2
     column = np.unique(np.linspace(0, eclipsed - 1, 64).astype(np.int64))
-    energy = np.sum(np.abs(compression.profiles(_unit_echoes(compression, column))) ** 2, axis=1) / np.mean(
-        pulse_power(compression)
-    )
+    energy = np.sum(np.abs(compression.profiles(_unit_echoes(compression, column))) ** 2, axis=1)
+    energy = energy / np.mean(pulse_power(compression))
     return np.asarray(np.interp(np.arange(radar.bins), np.append(column, eclipsed), np.append(energy, 1.0)))
 
 

@@ -6,9 +6,8 @@ Sigma0 is the measured one. It includes the interference of direct and reflected
 import numpy as np
 from scipy.special import i0
 
-from radar_service.numerics.constants import GRAVITY
-from radar_service.numerics.types import Floats
-from radar_service.world.seaway import wind_speed
+from radar_service.numerics import GRAVITY, Floats
+from radar_service.world import wind_speed
 
 MAX_MEASURED_STATE = 6  # the data behind sigma0 end here; in sigma0 higher seas count as this one
 MAX_GRAZING_DEG = 60.0  # the fit of sigma0 ends here; larger angles count as this one

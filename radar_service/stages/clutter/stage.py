@@ -4,9 +4,8 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any, Self
 
-from radar_service.receive.compression import compression_for
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
+from radar_service.receive import compression_for
+from radar_service.records import Fidelity, PlanItem
 from radar_service.stages.clutter.clutter import RAIN_HEIGHT, RAYS, Clutter, prepare_clutter
 from radar_service.stages.clutter.effect import RAIN_CELL, TEXTURE_SHAPE
 from radar_service.stages.clutter.rain_cell import RainCells
@@ -15,8 +14,8 @@ from radar_service.stages.clutter.sea import MAX_MEASURED_STATE, beyond_measured
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene
 
 
 class RainTruth(EffectTruth):

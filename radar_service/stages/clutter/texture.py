@@ -13,9 +13,8 @@ import numpy as np
 import scipy.fft
 from scipy.special import gammainccinv, gammaincinv, ndtr
 
-from radar_service.numerics.random import SPECKLE, generator
-from radar_service.numerics.types import Floats, Indices, Profiles, Singles
-from radar_service.receive.noise import GaussianSpectrum
+from radar_service.numerics import SPECKLE, Floats, Indices, Profiles, Singles, generator
+from radar_service.receive import GaussianSpectrum
 
 NEAR, FAR = 1.0, 1.6  # row spacing over correlation length: up to the first rows sample the map, from the second on they are
 # independent; between them both are blended

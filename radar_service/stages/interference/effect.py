@@ -11,7 +11,7 @@ from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Bearing, EastNorth, Number, Section, record_of
 
 if TYPE_CHECKING:
-    from radar_service.world.scene import Scene
+    from radar_service.world import Scene
 
 MAX_INTERFERERS = 100
 
@@ -58,7 +58,6 @@ class Interferer:
 
 
 def _interferer(model: InterferenceModel) -> Interferer:
-    """Returns an interfering radar in SI units."""
     bearing = math.radians(model.bearing_deg or 0.0)
     return record_of(Interferer, model, bearing=bearing, rotation_period=60.0 / model.rpm)
 

@@ -11,19 +11,14 @@ from typing import Self
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.random import generator
-from radar_service.numerics.types import Complexes, Floats, Indices
-from radar_service.radar.parameters import Radar
-from radar_service.radar.patterns import PATTERNS
-from radar_service.receive.compression import receiver_noise_power, waveform_spectra
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices, generator, spans, wrap_angle
+from radar_service.radar import PATTERNS, Radar
+from radar_service.receive import receiver_noise_power, waveform_spectra
+from radar_service.records import Fidelity, PlanItem
 from radar_service.stages.interference.effect import InterferenceEffect, Interferer
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage, Tile
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 PURPOSE = 23  # the first key of its random numbers
 MIN_PULSE_TO_NOISE = 1e-3  # weaker pulses are not added
@@ -76,8 +71,7 @@ class Interference:
         window = 2.0 * radar.bins * radar.range_step / SPEED_OF_LIGHT
         begin = np.ceil((transmitted - self._half_length - self._first) * other.prf).astype(np.int64)
         end = np.floor((transmitted + window + self._half_length - self._first) * other.prf).astype(np.int64)
-        row = np.repeat(np.arange(len(time)), end - begin + 1)
-        pulse = np.concatenate([np.arange(a, b + 1) for a, b in zip(begin, end, strict=True)])
+        row, pulse = spans(begin, end + 1)
         arrived = self._first + pulse / other.prf
         bearing = self._bearing(time)[row]
         other_boresight = self._start + 2.0 * np.pi * arrived / other.rotation_period

@@ -6,20 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.echo.beam_paths import Beam, Sights, false_echoes
-from radar_service.echo.echoes import BeamWeightedEchoes, concatenated
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices, Profiles
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.radar.parameters import Radar
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
-from radar_service.records.truth import FalseEcho
+from radar_service.echo import Beam, BeamWeightedEchoes, Sights, concatenated, false_echoes
+from radar_service.numerics import Complexes, Flags, Floats, Indices, Profiles
+from radar_service.propagation import received_amplitude
+from radar_service.radar import Radar
+from radar_service.records import FalseEcho, Fidelity, PlanItem
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.multiple_echoes.effect import MultipleEchoes
 from radar_service.stages.stage import Stage
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene, is_land
 
 
 class MultiplePaths:

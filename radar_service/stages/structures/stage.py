@@ -6,28 +6,29 @@ from typing import Self
 
 import numpy as np
 
-from radar_service.echo.beam_paths import Beam
-from radar_service.echo.closest_approach import max_power
-from radar_service.echo.echoes import AzimuthTimes, BeamTable, BeamWeightedEchoes, concatenated
-from radar_service.echo.moving import MovingEchoes
-from radar_service.echo.second_time_around import max_echo_range
-from radar_service.echo.visibility import Visibility
-from radar_service.numerics.frames import wrap_angle, wrap_bearing
-from radar_service.radar.aperture import FAINTEST, Aperture
-from radar_service.receive.compression import receiver_noise_power
-from radar_service.records.fidelity import Fidelity
-from radar_service.records.plan_item import PlanItem
-from radar_service.records.truth import FalseEcho
-from radar_service.scattering.models import scattering_model
-from radar_service.scattering.scatterer_set import build_scatterers
+from radar_service.echo import (
+    AzimuthTimes,
+    Beam,
+    BeamTable,
+    BeamWeightedEchoes,
+    MovingEchoes,
+    Visibility,
+    concatenated,
+    max_echo_range,
+    max_power,
+)
+from radar_service.numerics import wrap_angle, wrap_bearing
+from radar_service.radar import FAINTEST, Aperture
+from radar_service.receive import receiver_noise_power
+from radar_service.records import FalseEcho, Fidelity, PlanItem
+from radar_service.scattering import build_scatterers, scattering_model
 from radar_service.stages.effect import EffectTruth
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.stage import Context, Stage
 from radar_service.stages.structures.reflection import HeldPassages, IndirectPaths, LitStructure, structure_reflectors
 from radar_service.stages.structures.structure import Structure, TakenTable
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.materials import is_land
-from radar_service.world.scene import Scene
+from radar_service.trace import OcclusionScene
+from radar_service.world import Scene, is_land
 
 STRUCTURES_DB = -54.0  # of the one-way pattern against elements behind a strip (tests/stages/structures/test_shadow.py)
 # Of the power of indirect echoes, abeam of the structure and farther round (tests/stages/structures/test_reflection.py):

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from radar_service.numerics.frames import wrap_angle
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.radar.aperture import MAX_OFFSET, Aperture
+from radar_service.numerics import Complexes, Flags, Floats, Indices, wrap_angle
+from radar_service.radar import MAX_OFFSET, Aperture
 
 MAX_ASIDE = np.radians(80.0)  # from a structure's bearing; beyond, nothing of it stands before the aperture
 TAPER_BEGIN, TAPER_END = 6.0, 8.0  # Fresnel units beyond the last edge, over which ripples of 0.4 dB at most are faded out

@@ -4,17 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from radar_service.echo.echoes import Echoes
-from radar_service.echo.resting import resting_echoes
-from radar_service.echo.second_time_around import max_echo_range
-from radar_service.numerics.frames import effective_earth_radius
-from radar_service.records.fidelity import PRESETS, Fidelity
-from radar_service.scattering.model import ScatteringContext
-from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
-from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.body import Body
-from radar_service.world.motion import Motion
-from radar_service.world.scene import Scene
+from radar_service.echo import Echoes, max_echo_range, resting_echoes
+from radar_service.numerics import effective_earth_radius
+from radar_service.records import PRESETS, Fidelity
+from radar_service.scattering import ScattererSet, ScatteringContext, build_scatterers
+from radar_service.trace import OcclusionScene
+from radar_service.world import Body, Motion, Scene
 
 
 def frozen(scene: Scene) -> Scene:

@@ -10,17 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtr
 
-from radar_service.echo.echoes import Echoes
-from radar_service.numerics.types import Complexes, Flags, Floats, Indices
-from radar_service.radar.antenna import AntennaPattern
-from radar_service.radar.parameters import Radar
-from radar_service.radar.patterns import Cosine, Cosine2, Gaussian, Printed, Sinc2, Taylor
+from radar_service.echo import Echoes
+from radar_service.numerics import Complexes, Flags, Floats, Indices
+from radar_service.radar import AntennaPattern, Cosine, Cosine2, Gaussian, Printed, Radar, Sinc2, Taylor
 from radar_service.study.compressed_pulse import (
     compressed_chirp,
     compressed_nonlinear_chirp,
     tapered_pulse,
 )
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 LIGHT = 299_792_458.0
 EARTH = 6_371_000.0

@@ -22,14 +22,14 @@ from radar_service.display.video import (
     quantise,
     strongest,
 )
-from radar_service.numerics.types import Profiles, Singles
-from radar_service.radar.parameters import Radar
-from radar_service.records.truth import Truth
-from radar_service.service.access import told_fields, told_plan, told_warnings
+from radar_service.numerics import Profiles, Singles
+from radar_service.radar import Radar
+from radar_service.records import Truth
+from radar_service.service.access import told_fields, told_plan
 from radar_service.service.codecs.native.views import apply_view, request_from_query, source_fields, trim
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
-from radar_service.world.outline import SceneOutline
+from radar_service.world import SceneOutline
 
 LOG_DB_PER_STEP = 0.5  # of u8-log: 127 dB, from below the noise to a ship alongside
 SCALE_BELOW_NOISE_DB = 20.0  # u8-log begins this far below the mean noise, so that noise keeps its distribution
@@ -117,7 +117,7 @@ def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str
 def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
-    warnings = told_warnings(scene.warnings, knows_truth)
+    warnings = list(scene.warnings) if knows_truth else []
     stream = {"stream": list(scene.stream)} if any(scene.stream) else {}
     return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings, **stream}
 

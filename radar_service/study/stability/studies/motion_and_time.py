@@ -7,9 +7,9 @@ import numpy as np
 
 from radar_service.engine.pipeline import Engine, profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.numerics.constants import KNOT, SPEED_OF_LIGHT
-from radar_service.radar.waveform import pulse_doppler_shift
-from radar_service.records.fidelity import PRESETS
+from radar_service.numerics import KNOT, SPEED_OF_LIGHT
+from radar_service.radar import pulse_doppler_shift
+from radar_service.records import PRESETS
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.study.stability.finding import (
@@ -27,7 +27,7 @@ from radar_service.study.stability.finding import (
     point_fields,
     scene_of,
 )
-from radar_service.world.scene import Scene
+from radar_service.world import Scene
 
 MAX_ERROR_DB = -50.0  # the accuracy that the engine promises for moving points
 DAY = 86_400.0

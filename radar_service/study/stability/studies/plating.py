@@ -5,9 +5,9 @@ from scipy.special import j0
 
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import prepare
-from radar_service.numerics.types import Profiles
-from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.physical_optics.plating import SPREAD
+from radar_service.numerics import Profiles
+from radar_service.records import PRESETS
+from radar_service.scattering import SPREAD
 from radar_service.study.stability.finding import WAVELENGTH, Axis, Expected, Finding, crossing, curve, plain, scene_of
 
 LIMIT_DB = 1.0

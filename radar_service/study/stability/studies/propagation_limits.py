@@ -4,11 +4,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from radar_service.numerics.constants import EARTH_RADIUS
-from radar_service.numerics.types import Floats
-from radar_service.propagation.multipath import specular_geometry, two_ray_factor
-from radar_service.propagation.radar_equation import received_amplitude
-from radar_service.propagation.sea_surface import ament, miller_brown
+from radar_service.numerics import EARTH_RADIUS, Floats
+from radar_service.propagation import ament, miller_brown, received_amplitude, specular_geometry, two_ray_factor
 from radar_service.study.stability.finding import (
     WAVELENGTH,
     Axis,

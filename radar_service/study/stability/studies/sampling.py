@@ -4,12 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from radar_service.numerics.frames import direction
-from radar_service.numerics.random import RAYS, generator
-from radar_service.numerics.types import Floats
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
-from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneOptics, Wave
+from radar_service.numerics import RAYS, Floats, direction, generator
+from radar_service.scattering import BodyLeg, Longest, PlanarPieces, PlaneOptics, Wave
 from radar_service.study.stability.finding import (
     WAVELENGTH,
     Axis,
@@ -21,10 +17,8 @@ from radar_service.study.stability.finding import (
     decibels,
     plain,
 )
-from radar_service.trace.embree import TriangleScene
-from radar_service.trace.ray_sampling import BOX_BEAMWIDTHS, azimuth_offsets, elevation_offsets
-from radar_service.world.body import Mesh
-from radar_service.world.poses import MAP_POSE
+from radar_service.trace import BOX_BEAMWIDTHS, TriangleScene, azimuth_offsets, elevation_offsets
+from radar_service.world import MAP_POSE, Mesh
 
 WAVENUMBER = 2.0 * np.pi / WAVELENGTH
 BEAM, BEAM_EL, RAYS_PER_AZIMUTH = np.deg2rad(3.9), np.deg2rad(25.0), 2000  # of the default radar

@@ -6,8 +6,8 @@ import numpy as np
 
 from radar_service.engine.pipeline import profiles, tile_azimuths
 from radar_service.engine.preparation import Prepared, prepare
-from radar_service.numerics.types import Floats, Profiles
-from radar_service.records.fidelity import PRESETS
+from radar_service.numerics import Floats, Profiles
+from radar_service.records import PRESETS
 from radar_service.study.stability.finding import (
     Axis,
     Expected,
@@ -19,11 +19,7 @@ from radar_service.study.stability.finding import (
     plain,
     scene_of,
 )
-from radar_service.world.body import Body, Mesh
-from radar_service.world.motion import Motion
-from radar_service.world.scene import Scene
-from radar_service.world.seaway_motion import SeawayMotion
-from radar_service.world.sway import Path
+from radar_service.world import Body, Mesh, Motion, Path, Scene, SeawayMotion
 
 LIMIT_DB = -40.0  # of the field: the default error budget
 PERIOD = 5.0  # s of the waves' peak
