@@ -90,15 +90,11 @@ def exact_chirp_sum(
     return received
 
 
-def printed_hamming(count: int) -> Floats:
-    """Hamming window (count,), 0.54 - 0.46 cos(2 pi n / (N - 1)). Source: docs/specification.md eq. 17."""
-    return 0.54 - 0.46 * np.cos(2.0 * np.pi * np.arange(count) / max(count - 1, 1))  # eq. 17
-
-
 def window(name: str, count: int) -> Floats:
-    """Window (count,) of that name over the reference, in the n / (N - 1) form of eq. 17; ValueError lists them."""
+    """Window (count,) of that name over the reference, in the n / (N - 1) form of docs/specification.md eq. 17; ValueError
+    lists them."""
     if name == "hamming":
-        return printed_hamming(count)
+        return 0.54 - 0.46 * np.cos(2.0 * np.pi * np.arange(count) / max(count - 1, 1))  # eq. 17
     time = np.arange(count) / max(count - 1, 1) - 0.5
     total = np.zeros(count)
     for m, coefficient in enumerate(window_coefficients(name)):

@@ -135,7 +135,7 @@ def test_overlapping_simulators_keep_the_limit_until_the_last_one_ends(
 
 
 def test_a_host_that_limits_blas_on_another_thread_keeps_its_numbers(host: Numbers, small: rs.Scene) -> None:
-    """threadpoolctl lets only the host's thread set OpenBLAS meanwhile; see `LoadedLibrary.set_num_threads`."""
+    """threadpoolctl lets only the host's thread set OpenBLAS meanwhile; see `BlasLibrary.set_num_threads`."""
     seen: list[Numbers] = []
 
     def simulate() -> None:

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from radar_service.world.outline import outline_of
 
 import radar_service as rs
 from radar_service.display.video import Controls, display_video
@@ -32,6 +31,7 @@ from radar_service.service.settings import Pace
 from radar_service.service.spokes import Epoch, SpokeBatch, new_epoch_name
 from radar_service.service.token_bucket import TokenBucket
 from radar_service.world.commands import CommandError
+from radar_service.world.scene import outline_of
 from tests.scenes import TWO_RADARS, averaging
 from tests.service.fake import BINS, STEP, FakeEngine, scene, steerable_scene
 
