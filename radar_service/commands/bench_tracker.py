@@ -87,7 +87,7 @@ def _bench(options: argparse.Namespace) -> int:
     if not options.scenarios or options.out is None:
         raise UsageError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
     if options.record:
-        from radar_service.recording import recording_file  # noqa: F401  # an extra that is missing is told first
+        from radar_service.recording.recording_file import RecordingFile  # noqa: F401  # an extra that is missing is told first
     shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
     if options.profile:
