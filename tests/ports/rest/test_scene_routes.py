@@ -121,7 +121,7 @@ async def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(mon
             parts = [("scene", ("m.toml", MESHED.replace(b"obj", ending.encode()))), ("files", (f"thing.{ending}", content))]
             answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
             assert answer.status_code == status, answer.text
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
+        await server.step(2)
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
     assert len(closed) == 2  # one for each upload
 
