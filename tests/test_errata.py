@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from radar_service.engine.documented import AzimuthHits, DocumentedEngine
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import direction
-from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
+from radar_service.propagation.gas_and_rain import attenuation_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
     printed_two_ray_factor,
     two_ray_factor,
@@ -18,6 +18,7 @@ from radar_service.propagation.multipath import (
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import (
+    beam_spread,
     chirp,
     chirp_sum,
     compress,
@@ -27,7 +28,6 @@ from radar_service.receive.chirp_sum import (
     sample_delay,
     window,
 )
-from radar_service.receive.detection import beam_spread
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.load import load_scene
 from radar_service.trace.moller_trumbore import TriangleList, printed_crossings, watertight_crossings

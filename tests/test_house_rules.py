@@ -19,7 +19,7 @@ MIN_LINES, MAX_LINES = 40, 600  # of a file
 SHORT = {  # files below MIN_LINES that are right so: what several need and nobody owns, or what a rule gives a file of its own
     "clients/ppi": "address errors",
     "radar_service": "public_names pytest_plugin strict_json",
-    "radar_service/commands": "check plan schema stability",
+    "radar_service/commands": "believed check plan schema stability",
     "radar_service/display": "last_scan",
     "radar_service/numerics": "constants gamma_law kaiser_bessel ragged types",
     "radar_service/ports/ais": "ais_port",
@@ -323,7 +323,7 @@ def test_arguments_that_do_not_exist_are_found() -> None:
 
 def mirrored(file: Path) -> list[Path]:
     """Where the tests of a module may stand: radar_service/echo/moving.py has tests/echo/test_moving.py; where few, as for
-    radar_service/world/outline.py, in that of the folder below `# outline: ...`. A study may do without: one test runs all."""
+    radar_service/world/error.py, in that of the folder below `# error: ...`. A study may do without: one test runs all."""
     parts = list(file.relative_to(ROOT).with_suffix("").parts)
     parts = parts[1:] if parts[0] == "radar_service" else ["clients", *parts[2:]]
     stem = parts[-1].strip("_")

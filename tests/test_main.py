@@ -20,7 +20,7 @@ import radar_service as rs
 from radar_service import wire
 from radar_service.__main__ import main
 from radar_service.commands.command_line import parser
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from tests.scenes import ONE_TARGET
 
 

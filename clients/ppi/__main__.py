@@ -19,7 +19,7 @@ from radar_service.display.film import write_gif
 from radar_service.display.picture import Drawing, Page, render_image, render_png
 from radar_service.display.units import range_text
 from radar_service.scans.file import write_arrays
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 
 from . import live
 from .client import FeedClient

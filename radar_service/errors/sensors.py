@@ -105,8 +105,8 @@ class SensorLaws:
         self._errors, self._period, self._stream = errors, radar.spoke_period, stream
         key = () if ship is None else (name_key(ship),)
         gyro, log, position, antenna = errors.gyro, errors.log, errors.position, errors.antenna
-        self._gyro = None if gyro is None else SensorNoise(gyro.noise_time, seed, GYRO, *key)
-        self._log = None if log is None else SensorNoise(log.noise_time, seed, LOG, *key)
+        self._gyro_noise = SensorNoise(gyro.noise_time if gyro else 0.0, seed, GYRO, *key)
+        self._log_noise = SensorNoise(log.noise_time if log else 0.0, seed, LOG, *key)
         self._position_noise = [
             SensorNoise(position.noise_time, seed, axis, *key) for axis in (EAST, NORTH) if position is not None
         ]
@@ -126,7 +126,8 @@ class SensorLaws:
         turn, course_turn = self._heading_errors(number, time, true, earlier)
         from_bow = wrap_angle(true.azimuth - true.heading)
         error = np.zeros(len(number)) if self._antenna is None else self._antenna.error(number, time, from_bow)
-        lost = self._lost(time)
+        feed = self._errors.feed
+        lost = is_lost(time, feed.heading_lost if feed else ())
         return Readings(
             np.where(lost, wrap_bearing(from_bow + error), _turned(true.azimuth, turn + error)),
             np.where(lost, np.nan, _turned(true.heading, turn)),
@@ -138,11 +139,11 @@ class SensorLaws:
     def _heading_errors(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> tuple[Floats, Floats]:
         """The errors (K,) [rad] of heading and course."""
         gyro = self._errors.gyro
-        if gyro is None or self._gyro is None:
+        if gyro is None:
             return np.zeros(len(number)), np.zeros(len(number))
         sensed = self._delayed(number, gyro.latency, true, earlier)
         error = gyro.bias + gyro.calibration * np.sin(sensed.heading - gyro.calibration_phase)
-        error = error + gyro.noise * self._gyro.at(number, time) if gyro.noise else error
+        error = error + gyro.noise * self._gyro_noise.at(number, time) if gyro.noise else error
         return (
             wrap_angle(sensed.heading - true.heading) + error if gyro.latency else error,
             wrap_angle(sensed.course - true.course) + error if gyro.latency else error,
@@ -150,13 +151,13 @@ class SensorLaws:
 
     def _speed(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
         log = self._errors.log
-        if log is None or self._log is None:
+        if log is None:
             return np.asarray(true.speed)
         sensed = self._water_speed(self._delayed(number, log.latency, true, earlier))
         speed = sensed * (1.0 + log.scale) + log.bias
         if log.least:
             speed = sensed + np.copysign(np.maximum(np.abs(log.scale * sensed), log.least), log.scale) + log.bias
-        speed = speed + log.noise * self._log.at(number, time) if log.noise else speed
+        speed = speed + log.noise * self._log_noise.at(number, time) if log.noise else speed
         return np.asarray(true.speed + speed - self._water_speed(true) if any(self._stream) else speed)
 
     def _water_speed(self, readings: Readings) -> Floats:
@@ -179,10 +180,6 @@ class SensorLaws:
         """The readings of the spokes that are `latency` [s] older, in whole spokes; spoke 0 has no older ones."""
         spokes = round(latency / self._period)
         return earlier(np.maximum(number - spokes, 0)) if spokes else true
-
-    def _lost(self, time: Floats) -> Flags:
-        feed = self._errors.feed
-        return is_lost(time, feed.heading_lost if feed else ())
 
 
 def _turned(angle: Floats, error: Floats) -> Floats:

@@ -78,12 +78,6 @@ def _within_limits(run: BodyRun, body: Body, scene: Scene) -> BodyRun:
     )
 
 
-def ends_at_horizon(body: Body, scene: Scene) -> bool:
-    """Whether the run is that of loops which do not repeat together, and ends at HORIZON."""
-    end, repeats = _end(body.motion, scene.own_ship)
-    return repeats and end not in (body.motion.period, scene.own_ship.period)
-
-
 def sample_times(body: Body, scene: Scene) -> Floats:
     """Times (K,) [s] of a run at which a body is observed, those about its closest approach among them."""
     motions = (body.motion, scene.own_ship)
@@ -213,26 +207,25 @@ def _excess_cells(distance: float, top: float, scene: Scene) -> float:
 
 def body_remarks(scene: Scene, fidelity: Fidelity) -> dict[str, list[str]]:
     """Sentences about each body, by its name."""
-    return {body.name: _remarks(body, scene, fidelity) for body in scene.bodies}
-
-
-def _remarks(body: Body, scene: Scene, fidelity: Fidelity) -> list[str]:
-    """What a model says of the mesh of a body takes the place of remarks about its errors."""
-    run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
-    mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
-    return [*_passage(body, scene, run), *(mesh or body_error(body, scene, fidelity, None).remarks)]
+    remarks = {}
+    for body in scene.bodies:
+        run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
+        mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
+        errors = mesh or body_error(body, scene, fidelity, None).remarks  # what is said of the mesh takes their place
+        remarks[body.name] = [*_passage(body, scene, run), *errors]
+    return remarks
 
 
 def _passage(body: Body, scene: Scene, run: BodyRun) -> list[str]:
     """When a body is nearest, and how fast its aspect changes; nothing where it stays."""
     if scene.own_ship.at_rest and body.motion.at_rest:
         return []
-    if is_steered(body, scene):
-        return [
-            "commands may bring it anywhere: errors are bounds for the antenna beside it, at the limits of speed and turn: "
-            f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
-        ]
-    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
-    loops = f"; its loops are followed for {HORIZON:.0f} s" if ends_at_horizon(body, scene) else ""
     turn = f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
+    if is_steered(body, scene):
+        bounds = "errors are bounds for the antenna beside it, at the limits of speed and turn"
+        return [f"commands may bring it anywhere: {bounds}: {turn}"]
+    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
+    end, repeats = _end(body.motion, scene.own_ship)
+    at_horizon = repeats and end not in (body.motion.period, scene.own_ship.period)  # loops that do not repeat together
+    loops = f"; its loops are followed for {HORIZON:.0f} s" if at_horizon else ""
     return [f"nearest {when}: {run.nearest:.0f} m; {turn}{loops}"]

@@ -26,8 +26,7 @@ from radar_service.engine.pipeline import (
 from radar_service.engine.preparation import Prepared
 from radar_service.plan.culling import CulledBody
 from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody
-from radar_service.receive import square_law
-from radar_service.scattering import BodyEchoes
+from radar_service.records import square_law
 from radar_service.stages.stage import Tile
 
 MAX_SECONDS = 1.0  # CPU time after which no further stretch is timed
@@ -61,7 +60,9 @@ def first_visibility_update(prepared: Prepared) -> int:
     first = tile_azimuths(prepared, 0, 0)
     passing = prepared.moving.passing(first)
     land = 0 if prepared.land is None else prepared.land.echoes_about(first)
-    return len(_visibility_update(prepared, 0)) + sum(len(observed.echoes) for observed in passing) + land
+    prepared.shadows.at(0)
+    visible = len(prepared.moving.snapshot(0).echoes)
+    return visible + sum(len(observed.echoes) for observed in passing) + land
 
 
 def engine_statistics(set_up: SetUp) -> EngineStatistics:
@@ -105,12 +106,6 @@ def _visibilities(prepared: Prepared) -> list[Visibility]:
     """The visibility of moving bodies, and of land under way."""
     land = [] if prepared.land is None else [prepared.land.echoes.visibility]
     return [prepared.moving.visibility, *land]
-
-
-def _visibility_update(prepared: Prepared, step: int) -> BodyEchoes:
-    """Computes moving echoes and shadows of a visibility step; both are cached."""
-    prepared.shadows.at(step)
-    return prepared.moving.snapshot(step).echoes
 
 
 @dataclass

@@ -17,8 +17,8 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import StitchedEngine
 from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, Singles
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import Labels
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Labels, square_law
 from radar_service.sources.numbers import BODY, FAINT, source_numbers
 from radar_service.sources.rows import RestingField, WindowedSources, resting_fields, resting_numbers, source_rows
 

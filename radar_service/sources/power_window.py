@@ -15,8 +15,8 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import pulse_gain
 from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, ResultCache, Singles
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import PowersOf
+from radar_service.receive import receiver_noise_power
+from radar_service.records import PowersOf, square_law
 from radar_service.sources.numbers import NOISE
 from radar_service.sources.rows import RestingField, resting_field, resting_numbers, source_rows
 
@@ -60,16 +60,6 @@ class SourcePowers:
     def tile(self, scan: int, start: int) -> TilePowers:
         """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
         return self._tiles.get((scan, start), lambda: self.computed(scan, start))
-
-    def scan(self, scan: int) -> dict[int, Singles]:
-        """The power (A, bins) [W] of each source in one scan, by source number."""
-        radar = self.prepared.scene.radar
-        powers: dict[int, Singles] = {}
-        for start in range(0, radar.azimuths, self.prepared.tile):
-            for number, power in self.computed(scan, start).power.items():
-                power_of_scan = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
-                power_of_scan[start : start + len(power)] = power
-        return dict(sorted(powers.items()))
 
     @BLAS_LIMIT.held()
     def computed(self, scan: int, start: int, of: PowersOf = "all") -> TilePowers:
@@ -154,19 +144,6 @@ def pulse_powers(pulses: Sequence[Prepared], numbers: Indices) -> list[PulsePowe
     ]
 
 
-def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
-    """The power (A, bins) [W] of each source in one scan, by source number."""
-    radar = pulses[-1].powers.prepared.scene.radar
-    powers: dict[int, Singles] = {}
-    for pulse in pulses:
-        for number, power in pulse.powers.scan(scan).items():
-            part = pulse.gain * power[:, pulse.columns]
-            if part.any():
-                power_of_scan = powers.setdefault(number, np.zeros((radar.azimuths, radar.bins), dtype=np.float32))
-                power_of_scan[:, pulse.columns] = part
-    return dict(sorted(powers.items()))
-
-
 class ScanPowers:
     """The powers of some sources in one scan, computed anew as far as they are asked for, azimuth after azimuth."""
 
@@ -194,6 +171,11 @@ class ScanPowers:
         if k not in self._newest or self._newest[k][0] != start:
             self._newest[k] = start, self._pulses[k].powers.computed(self._scan, start, self._of)
         return self._newest[k][1]
+
+
+def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
+    """The power (A, bins) [W] of each source in one scan, by source number."""
+    return ScanPowers(pulses, scan, "all").between(0, pulses[-1].powers.prepared.scene.radar.azimuths)
 
 
 class PowerWindow:

@@ -20,10 +20,9 @@ from radar_service.numerics import (
     wrap_angle,
     wrap_bearing,
 )
-from radar_service.propagation import elevation_gain, local_attenuation, received_amplitude
-from radar_service.propagation.radar_equation import attenuation
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import Extent, Radiometry
+from radar_service.propagation import attenuation, elevation_gain, local_attenuation, received_amplitude
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Extent, Radiometry, square_law
 from radar_service.sources.numbers import BODY, source_numbers
 from radar_service.sources.power_window import PowerWindow, pulse_powers
 from radar_service.sources.rows import spread_echoes

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from tests.clients.chromium import Page
@@ -147,25 +146,25 @@ def test_a_label_stands_at_the_right_where_there_is_room_and_else_at_the_end_of_
     assert placed(modules, [[200, 200, 50], [30, 300, 900]])[1] is None  # wider than the picture
 
 
-@pytest.mark.parametrize("gives_truth", [True, False])
-def test_errors_on_purpose_are_told_beside_the_heading_but_not_in_a_blind_test(
-    radar: FakeRadar, opened: Opened, gives_truth: bool
-) -> None:
-    radar.gives_truth, radar.errors = gives_truth, {"gyro": {"bias_deg": 20}, "feed": {"drop_rate": 0.1}}
+ERRORS = {"gyro": {"bias_deg": 20}, "feed": {"drop_rate": 0.1}}
+
+
+def test_errors_on_purpose_are_told_beside_the_heading(radar: FakeRadar, opened: Opened) -> None:
+    radar.gives_truth, radar.errors = True, ERRORS
     page = opened(BARE)
-    if gives_truth:
-        page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro, feed'")
-        assert page.ask("document.getElementById('errors-text').offsetHeight") > 0
-        radar.errors = {}
-        radar.send(radar.hello())
-        page.wait("document.getElementById('errors-text').hidden")
-    else:
-        page.wait("document.getElementById('heading-text').textContent !== '–'")
-        assert page.ask("document.getElementById('errors-text').hidden") and radar.asked_for_errors == 0
+    page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro, feed'")
+    assert page.ask("document.getElementById('errors-text').offsetHeight") > 0
+    radar.errors = {}
+    radar.send(radar.hello())
+    page.wait("document.getElementById('errors-text').hidden")
 
 
-def test_truth_cannot_be_selected_if_the_service_does_not_send_it(radar: FakeRadar, opened: Opened) -> None:
+def test_a_service_without_truth_gives_neither_marks_nor_errors(radar: FakeRadar, opened: Opened) -> None:
+    """A blind test stays blind."""
+    radar.errors = ERRORS
     page = opened(f"{BARE}&truth=on")
+    page.wait("document.getElementById('heading-text').textContent !== '–'")
+    assert page.ask("document.getElementById('errors-text').hidden") and radar.asked_for_errors == 0
     assert page.ask("document.getElementById('truth').disabled")
     assert "truth" not in radar.joined[-1]
     assert "--truth" in page.ask("document.getElementById('truth-row').title")

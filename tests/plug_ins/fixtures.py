@@ -7,21 +7,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from site import getsitepackages
-from typing import NamedTuple
 
 import pytest
 
 PACKAGES, ROOT = Path(__file__).parent / "packages", Path(__file__).parents[2]
-
-
-class Foreign(NamedTuple):
-    """The environment. python: its interpreter."""
-
-    python: Path
-
-    def ended(self, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-        """Runs its Python in a folder, until it ends."""
-        return subprocess.run([self.python, *words], cwd=folder, capture_output=True, text=True, check=False)
 
 
 def tree() -> dict[Path, int]:
@@ -32,8 +21,8 @@ def tree() -> dict[Path, int]:
 
 
 @pytest.fixture(scope="session")
-def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Foreign]:
-    """The environment. No file of this project is changed for it."""
+def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The Python of the environment. No file of this project is changed for it."""
     pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build offline")
     before, folder = tree(), tmp_path_factory.mktemp("foreign")
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / "venv"], check=True)
@@ -48,5 +37,5 @@ def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Foreign]:
     subprocess.run(
         [*pip, *offline, *(file.parent for file in copies.glob("*/pyproject.toml"))], check=True, capture_output=True
     )
-    yield Foreign(python)
+    yield python
     assert tree() == before

@@ -28,8 +28,8 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import Spoke
 from radar_service.records.truth import Crossing
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.commands import CommandLog
 from tests.limits import full_disk
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator

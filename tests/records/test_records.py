@@ -134,13 +134,10 @@ def test_only_what_can_be_told_and_is_not_told_anyway_is_requested() -> None:
     [
         (SourceList(NAMES, no_labels="it is old"), SourceRequest(labels=True), "labels: it is old, or leave labels out"),
         (SourceList(NAMES, no_powers="it is old"), SourceRequest(powers="all"), "powers: it is old, or leave powers out"),
-        (
-            SourceList(NAMES),
-            SourceRequest(powers=(1, 7)),
-            "powers: 7 is no source of this scene; it has 0 noise, 1 sea, 256 ferry",
-        ),
+        (SourceList(NAMES), SourceRequest(powers=(1, 7)),
+         "powers: 7 is no source of this scene; it has 0 noise, 1 sea, 256 ferry"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_told_is_refused(sources: SourceList, request_: SourceRequest, words: str) -> None:
     sources.check(SourceRequest())
     with pytest.raises(ValueError, match=words):

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from radar_service.scene_file.load import load_scene
-from radar_service.world.ais import Ais, AisSettings, AisShip
+from radar_service.world.reporting import Ais, AisSettings, AisShip
 from tests.scene_file.scene_sources import point
 
 SHIP = {

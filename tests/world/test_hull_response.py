@@ -7,7 +7,7 @@ import pytest
 
 from radar_service.numerics.constants import GRAVITY
 from radar_service.numerics.types import Floats
-from radar_service.world.hull_response import HullForm, Response, response
+from radar_service.world.seaway_motion import HullForm, Response, response
 
 COASTER = HullForm(75.0, 12.5, 5.0, 0.7, 0.8, 8.9, 0.1)
 FREQUENCY = np.array([0.16, *np.linspace(0.3, 2.5, 45)])  # rad/s; the first is of waves 24 hulls long

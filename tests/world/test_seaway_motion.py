@@ -10,20 +10,28 @@ import pytest
 from radar_service.numerics.constants import KNOT
 from radar_service.numerics.types import Floats
 from radar_service.world import seaway_motion
-from radar_service.world.hull_response import HullForm, response
 from radar_service.world.motion import Motion
-from radar_service.world.seaway import PEAK_PERIOD, PERIOD_HEIGHT, Seaway, Waves, significant_wave_height
+from radar_service.world.seaway import (
+    PEAK_PERIOD,
+    PERIOD_HEIGHT,
+    Seaway,
+    Waves,
+    drawn_waves,
+    energy_below,
+    significant_wave_height,
+)
 from radar_service.world.seaway_motion import (
     EASING,
     MARGIN,
+    HullForm,
     SeawayMotion,
     amplitudes,
     bounds_of,
     bounds_on_any_course,
     easing_of,
+    response,
 )
 from radar_service.world.steered_motion import SteeredMotion
-from radar_service.world.wave_drawing import drawn_waves, energy_below
 from tests.scenes import scene
 
 SEA: dict[str, Any] = {"height_m": 2.0, "period_s": 7.0, "from_deg": 300.0, "seed": 2}

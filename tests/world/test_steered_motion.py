@@ -10,8 +10,8 @@ import pytest
 from radar_service.numerics.types import Floats
 from radar_service.scene_file.routes import constant_motion
 from radar_service.world.motion import Motion
+from radar_service.world.seaway import Sway
 from radar_service.world.steered_motion import MAX_SEGMENTS, MotionSegment, SteeredMotion, SteeringLimits
-from radar_service.world.sway import Sway
 
 LIMITS = SteeringLimits(15.0, math.radians(5.0))
 NANOMETRE = 1e-9  # m: positions of some km have a rounding of 1e-12 m, and a segment sums a few of them

@@ -14,8 +14,8 @@ from radar_service.numerics.types import Floats
 from radar_service.scene_file.load import load_scene
 from radar_service.truth.truth_file import scene_hash
 from radar_service.world.motion import Motion
+from radar_service.world.seaway import NO_STREAM, crab_angle, through_water, turn_factor
 from radar_service.world.steering import Steering
-from radar_service.world.stream import NO_STREAM, crab_angle, through_water, turn_factor
 
 STREAM: dict[str, Any] = {"current_kn": 3.0, "current_to_deg": 60.0}
 TO = 3.0 * KNOT * np.array([math.sin(math.radians(60.0)), math.cos(math.radians(60.0))])
@@ -158,14 +158,6 @@ def test_a_scene_without_a_stream_keeps_its_hash() -> None:
     plain, with_stream = ({"own_ship": SPEEDS}, {"own_ship": SPEEDS, "environment": STREAM})
     hashes = [scene_hash(load_scene(each)) for each in (plain, with_stream)]
     assert hashes[0] != hashes[1] and load_scene(plain).own_ship.stream == NO_STREAM
-
-
-@pytest.mark.parametrize(
-    "keys", [{"current_kn": 2.0}, {"current_to_deg": 90.0}, {"current_kn": 21.0, "current_to_deg": 0.0}]
-)
-def test_half_a_stream_is_refused(keys: dict[str, float]) -> None:
-    with pytest.raises(rs.SceneError, match="current_"):
-        load_scene({"environment": keys})
 
 
 def simulator_of(scene: dict[str, Any]) -> rs.Simulator:

@@ -14,32 +14,36 @@ from radar_service.numerics.frames import map_from_deck
 from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scene_file.load import load_scene
-from radar_service.world import large_mesh
-from radar_service.world.atmosphere import gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km
-from radar_service.world.body import Mesh
-from radar_service.world.environment import Environment
+from radar_service.world import body as body_module
+from radar_service.world.body import (
+    MATERIALS,
+    SLICES,
+    Mesh,
+    material_from_name,
+    mesh_sample,
+    outward_winding,
+    power_reflectivity,
+    row_marks,
+)
+from radar_service.world.environment import Environment, gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km
 from radar_service.world.error import SceneError
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.large_mesh import SLICES, mesh_sample, outward_winding, row_marks
-from radar_service.world.materials import MATERIALS, material_from_name, power_reflectivity
 from radar_service.world.motion import Motion, Pose, segment_headings
-from radar_service.world.outline import outline_of
-from radar_service.world.platform import Platform
-from radar_service.world.seaway import Waves, sea_state_of, significant_wave_height, wind_speed
+from radar_service.world.reporting import ErrorSettings
+from radar_service.world.scene import Platform, outline_of
+from radar_service.world.seaway import Sway, SwayState, Waves, sea_state_of, significant_wave_height, wind_speed
 from radar_service.world.shapes import sphere
-from radar_service.world.sway import Sway, SwayState
 from tests.ports.ais.test_messages import ship
 from tests.scenes import point, scene
 
 
-# ais: when a transponder is off.
+# reporting: when a transponder is off.
 @pytest.mark.parametrize(("time", "silent"), [(0.9, False), (1.0, True), (2.4, True), (2.5, False), (7.0, True)])
 def test_it_is_off_from_the_beginning_of_a_period_to_its_end(time: float, silent: bool) -> None:
     assert ship(silent=((1.0, 2.5), (6.0, 8.0))).is_silent(time) == silent
     assert not ship().is_silent(time)
 
 
-# atmosphere: gas attenuation against the line-by-line sum of ITU-R P.676-12, Annex 1.
+# environment: gas attenuation against the line-by-line sum of ITU-R P.676-12, Annex 1.
 # Frequency [GHz], oxygen and water vapour [dB/km] by P.676-12 Annex 1 at 15 C, 1013.25 hPa, 7.5 g/m3: itur 0.4.0,
 # gamma0_exact and gammaw_exact.
 LINE_BY_LINE = [
@@ -88,7 +92,7 @@ def test_plan_of_a_point() -> None:
     assert body.middle_at(10.0)[:2] == pytest.approx([1 + 10 * 10 * 1852 / 3600, 2.0])
 
 
-# environment: the environment of an empty scene: the standard earth, and no other effect.
+# The environment of an empty scene: the standard earth, and no other effect.
 def test_all_effects_are_off_by_default() -> None:
     assert scene().environment == Environment(
         earth_factor=4 / 3, noise=False, multipath=False, gas_db_per_km=0.0, rain_mm_h=0.0, sea_state=0,
@@ -105,7 +109,7 @@ def test_the_text_has_a_line_for_each_problem() -> None:
     assert isinstance(error, ValueError)
 
 
-# error_settings: errors in SI units.
+# Errors on purpose in SI units.
 EVERY: dict[str, dict[str, Any]] = {
     "gyro": {"bias_deg": 0.5, "calibration_deg": 0.3, "calibration_phase_deg": 40.0, "noise_deg": 0.12, "noise_time_s": 7.0,
              "latency_s": 0.2},
@@ -135,7 +139,7 @@ def test_values_become_si_and_radians() -> None:
     assert (its.feed.bytes, its.feed.cut_after, its.feed.late) == (5000.0, 30.0, 0.3)
 
 
-# materials: materials by name.
+# Materials by name.
 def test_gammas_are_power_ratios_in_the_ladder_of_land() -> None:
     assert MATERIALS["sand"].gamma == pytest.approx(0.01)  # -20 dB, flat ground
     assert MATERIALS["sand"].gamma < MATERIALS["land"].gamma < MATERIALS["urban"].gamma < MATERIALS["rock"].gamma
@@ -163,7 +167,7 @@ def test_every_material_has_its_reflectivity() -> None:
     assert shares["concrete"] == pytest.approx(((5.24**0.5 - 1) / (5.24**0.5 + 1)) ** 2, rel=0.012)
 
 
-# outline: what a service knows of a scene.
+# scene: what a service knows of a scene.
 BUOY = {"name": "buoy", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 100, 5], "steerable": {}}
 
 
@@ -175,7 +179,7 @@ def test_an_outline_says_what_may_be_steered_and_holds_no_bodies() -> None:
     assert pickle.loads(pickle.dumps(outline)) == outline
 
 
-# platform: the platform: positions and directions of an antenna on a moving, swaying ship.
+# The platform: positions and directions of an antenna on a moving, swaying ship.
 ROLL = Sway(np.array([np.pi / 6, 0.0, 0.0, 0.0]), np.array([4.0, 1.0, 1.0, 1.0]))  # 30 degrees to starboard at 1 s
 HEAVE = Sway(np.array([0.0, 0.0, 0.0, 0.5]), np.full(4, 4.0))
 ROUNDING = 1e-12  # of float64 at some 10 m
@@ -218,7 +222,7 @@ def test_directions_along_the_swaying_mast_become_vertical() -> None:
     np.testing.assert_allclose(matrix[1] @ [1.0, 0.0, 0.0], [1, 0, 0], rtol=0, atol=ROUNDING)  # the axis of roll stays
 
 
-# sway: sway: angles, heave and their rates.
+# seaway: sway: angles, heave and their rates.
 SWAY = Sway(np.array([0.2, 0.1, 0.05, 0.6]), np.array([6.0, 5.0, 9.0, 4.0]), np.array([0.4, -1.0, 2.0, 0.7]))
 TIME = np.linspace(0.0, 30.0, 61)
 STEP = 1e-5  # s; a central difference over it errs by some 1e-10
@@ -316,7 +320,7 @@ def test_corners_are_where_the_pose_jumps_to_the_last_digit() -> None:
     np.testing.assert_array_equal(loop.corners(times), np.diff(loop.pose(times).heading) != 0.0)
 
 
-# seaway: records of a seaway: waves travel at their phase velocity, and add up; wave heights and periods by sea state.
+# Records of a seaway: waves travel at their phase velocity, and add up; wave heights and periods by sea state.
 G = 9.80665
 FREQUENCY = np.array([0.5, 0.9, 1.7])
 DIRECTION = np.array([[0.6, 0.8], [-1.0, 0.0], [0.28, -0.96]])
@@ -364,11 +368,11 @@ def test_sea_states_beyond_the_table_are_refused() -> None:
         wind_speed(0)
 
 
-# large_mesh: slices of large meshes, and whether these are closed, against the search by sorted edges.
+# Slices of large meshes, and whether these are closed, against the search by sorted edges.
 def test_a_small_mesh_is_judged_as_it_is_and_of_a_large_one_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     ball = sphere(10.0, 0.004)
     assert mesh_sample(ball) is ball
-    monkeypatch.setattr(large_mesh, "MAX_JUDGED", 40 * SLICES)
+    monkeypatch.setattr(body_module, "MAX_JUDGED", 40 * SLICES)
     part = mesh_sample(Mesh(ball.vertices * [1.0, 9.0, 1.0], ball.faces))
     assert len(part.faces) == 40 * SLICES and len(part.vertices) < 2 * len(part.faces)
     first = np.sort(part.vertices[part.faces[:, 0], 1])

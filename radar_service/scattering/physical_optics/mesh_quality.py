@@ -67,14 +67,9 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     return np.asarray(side[part], dtype=np.int8)
 
 
-def faces_itself(rises: Flags, outside: NDArray[np.int8]) -> bool:
-    """Whether parts of a mesh may face each other; arguments as from `concave_sides` and `outward_side`."""
-    return bool((rises[:, 0] & (outside >= 0)).any() or (rises[:, 1] & (outside <= 0)).any())
-
-
 def is_concave(mesh: Mesh) -> bool:
     """Whether parts of a mesh may face each other, as seen from where a wave may come."""
-    return faces_itself(concave_sides(mesh), outward_side(mesh))
+    return concave(mesh, outward_side(mesh)) > 0
 
 
 def concave_sides(mesh: Mesh) -> Flags:

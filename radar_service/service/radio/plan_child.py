@@ -49,11 +49,6 @@ class PlanChild:
                 os._exit(0)
         return cls(channel)
 
-    @property
-    def is_awaited(self) -> bool:
-        """Whether the plan may still come."""
-        return self._result is not None
-
     def measured(self) -> Plan | None:
         """Returns the plan once, when it has come; None before and after that, and where the child has died."""
         if self._result is None or not self._result.wait(0.0):

@@ -7,8 +7,9 @@ from functools import partial
 
 from radar_service.processes.call import Progress
 from radar_service.service.jobs import JobQueue, WatchedJob
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
+from radar_service.service.radio.scene_process import SpokeWorker, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world import Command, SceneOutline
 
 Others = Callable[[SceneOutline], Mapping[str, SceneRequest]]

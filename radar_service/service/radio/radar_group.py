@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 
 from radar_service.radar import FIRST_ID
 from radar_service.service.radio.command_worker import CommandWorker
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.pacer import GroupClock
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.spokes import new_epoch_name
 from radar_service.world import SceneOutline

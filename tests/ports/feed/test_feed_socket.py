@@ -8,7 +8,7 @@ import pytest
 from radar_service import wire
 from radar_service.ports.feed.feed_socket import ConnectionErrors
 from radar_service.records.cell_sources import SourceList
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.reporting import ErrorSettings
 from tests.ports.asgi import Closed
 from tests.ports.playing import FLAT_OUT, playing, station
 from tests.service.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, labels_of, power_of, scene

@@ -40,9 +40,10 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.service.controls import CONTROLS, ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy, JobQueue
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.radio_state import Failed, Looked
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.settings import Pace, Settings
+from radar_service.spoke_source import BusyFault, SpokeSourceFault
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.ports.playing import playing, station

@@ -35,8 +35,8 @@ from radar_service.service.controls import ControlError
 from radar_service.service.radio.station import Station
 from radar_service.simulator import Simulator
 from radar_service.terminal.arguments import UsageError
-from radar_service.world.ais import AisShip
 from radar_service.world.error import SceneError
+from radar_service.world.reporting import AisShip
 from tests.ports.signalk.playing import BASE, heard, playing, until
 from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import FakeEngine, factory, scene

@@ -50,31 +50,19 @@ REFUSED: list[tuple[dict[str, Any], str]] = [
         "radar[0].platform.body: a platform has exactly one of body, position_m, and latitude_deg with longitude_deg; this "
         "one has body and position_m",
     ),
-    (
-        {"radar": [{"id": "a", "platform": {"body": "p", "heading_deg": 3}}], "body": [point("p")]},
-        "radar[0].platform.heading_deg: the body already defines the heading; remove heading_deg",
-    ),
-    (
-        {"radar": [{"id": "a", "platform": {"body": "q"}}], "body": [point("p"), ISLAND]},
-        'radar[0].platform.body: "q" is not a body of this scene; it has p: correct the name or add the body',
-    ),
+    ({"radar": [{"id": "a", "platform": {"body": "p", "heading_deg": 3}}], "body": [point("p")]},
+     "radar[0].platform.heading_deg: the body already defines the heading; remove heading_deg"),
+    ({"radar": [{"id": "a", "platform": {"body": "q"}}], "body": [point("p"), ISLAND]},
+     'radar[0].platform.body: "q" is not a body of this scene; it has p: correct the name or add the body'),
     ({"own_ship": {"body": "q"}}, 'own_ship.body: "q" is not a body of this scene; it has no body that could carry'),
-    (
-        {"own_ship": {"body": "island"}, "body": [ISLAND]},
-        'own_ship.body: "island" is a height map, which carries no antenna; give a site by position_m',
-    ),
-    (
-        {"own_ship": {"body": "p", "speed_kn": 3, "roll_deg": 2}, "body": [point("p")]},
-        "own_ship.roll_deg: the body already defines how own ship moves; remove roll_deg, speed_kn",
-    ),
-    (
-        {"radar": [{"id": "a", "platform": {"latitude_deg": 3}}]},
-        "radar[0].platform.latitude_deg: this key needs latitude_deg and longitude_deg together",
-    ),
-    (
-        {"radar": [{"id": "a", "platform": {"latitude_deg": 3, "longitude_deg": 4}}]},
-        "radar[0].platform.latitude_deg: latitude and longitude need an [origin] in the scene; add one",
-    ),
+    ({"own_ship": {"body": "island"}, "body": [ISLAND]},
+     'own_ship.body: "island" is a height map, which carries no antenna; give a site by position_m'),
+    ({"own_ship": {"body": "p", "speed_kn": 3, "roll_deg": 2}, "body": [point("p")]},
+     "own_ship.roll_deg: the body already defines how own ship moves; remove roll_deg, speed_kn"),
+    ({"radar": [{"id": "a", "platform": {"latitude_deg": 3}}]},
+     "radar[0].platform.latitude_deg: this key needs latitude_deg and longitude_deg together"),
+    ({"radar": [{"id": "a", "platform": {"latitude_deg": 3, "longitude_deg": 4}}]},
+     "radar[0].platform.latitude_deg: latitude and longitude need an [origin] in the scene; add one"),
 ]  # fmt: skip
 
 

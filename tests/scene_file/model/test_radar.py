@@ -34,10 +34,8 @@ LIGHT = 299_792_458.0
         ({"modulation": "nlfm", "pulse_s": 0.05e-6}, "radar.pulse_s: bandwidth x pulse is 2.5; a chirp needs at least 4"),
         ({"modulation": "nlfm", "pulse_s": 5e-4}, "radar.pulse_s: bandwidth x pulse is 2.5e+04; a nonlinear chirp has at most"),
         ({"pattern_el": [[0, 0], [0, -3]]}, "radar.pattern_el: the offsets start at 0 and rise strictly"),
-        (
-            {"beamwidth_deg": 0.1, "coarse_azimuths": True, "range_max_m": 20_000},
-            "radar.beamwidth_deg: 0.1 degrees need a grid of 18720 rows x 10007 range bins; at most 134217728 cells",
-        ),
+        ({"beamwidth_deg": 0.1, "coarse_azimuths": True, "range_max_m": 20_000},
+         "radar.beamwidth_deg: 0.1 degrees need a grid of 18720 rows x 10007 range bins; at most 134217728 cells"),
         ({"pattern": [[0, 0], [0.1, -3.0103], [1, -40]]}, "radar.pattern: 0.2016 degrees are narrower than the 0.5 degrees"),
         ({"pattern": [[0, 0], [1e-3, -40]], "coarse_azimuths": True}, "radar.pattern: 0.0036"),
         ({"taylor_nbar": 1}, "radar.taylor_nbar: 1 is not allowed; a whole number from 2 to 20; raise it"),
@@ -104,21 +102,13 @@ def test_each_pulse_becomes_a_radar_and_all_have_the_sampling_of_the_widest_band
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        (
-            {"pulses": [SHORT, {}], "pulse_s": 1e-6},
-            "radar.pulse_s: with pulses, each pulse has its own: move it into pulses",
-        ),
-        (
-            {"pulses": [SHORT, {"range_max_m": 5000}]},
-            "radar.pulses[1].range_max_m: the last pulse serves all farther ranges",
-        ),
+        ({"pulses": [SHORT, {}], "pulse_s": 1e-6}, "radar.pulse_s: with pulses, each pulse has its own: move it into pulses"),
+        ({"pulses": [SHORT, {"range_max_m": 5000}]}, "radar.pulses[1].range_max_m: the last pulse serves all farther ranges"),
         ({"pulses": [{"pulse_s": 1e-7, "modulation": "none"}, {}]}, "radar.pulses[0].range_max_m: it is missing"),
         ({"pulses": [SHORT, SHORT, {}]}, "radar.pulses[1].range_max_m: 1500 m; the ends rise strictly, from above 1500 m"),
         ({"pulses": [SHORT, {}], "range_max_m": 1200}, "to below range_max_m, 1200 m: correct it"),
-        (
-            {"pulses": [SHORT, {"pulse_s": 1e-8}]},
-            "radar.pulses[1].pulse_s: bandwidth x pulse is 0.5; a chirp needs at least 4",
-        ),
+        ({"pulses": [SHORT, {"pulse_s": 1e-8}]},
+         "radar.pulses[1].pulse_s: bandwidth x pulse is 0.5; a chirp needs at least 4"),
         ({"pulses": [{**SHORT, "window": "hann"}, {}]}, 'radar.pulses[0].window: "hann" needs a chirp'),
         ({"pulses": [SHORT, {"compression": "inverse"}]}, 'radar.pulses[1].compression: "inverse" with window "hamming"'),
         ({"pulses": [SHORT, {}], "sample_rate_hz": 20e6}, "radar.sample_rate_hz: 2e+07 is below the bandwidth"),
@@ -128,7 +118,7 @@ def test_each_pulse_becomes_a_radar_and_all_have_the_sampling_of_the_widest_band
         ({"pulses": [SHORT, {}], "beamwidth_deg": 0.4}, "radar.beamwidth_deg: 0.4 degrees are narrower"),
         ({"pulses": [SHORT, {}], "prf_hz": 35_000}, "5000 m is beyond the 4283 m"),
     ],
-)
+)  # fmt: skip
 def test_impossible_lists_are_refused_with_the_remedy(settings: dict[str, Any], message: str) -> None:
     with pytest.raises(SceneError) as fault:
         load_scene({"radar": settings})

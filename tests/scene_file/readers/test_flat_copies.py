@@ -95,13 +95,10 @@ def test_a_pillow_is_no_copy_of_its_own_half() -> None:
         (cylinder(0.3, 2.0).vertices, cylinder(0.3, 2.0).faces),
         (corners(10.0, 4.0, 0.01), PLAIN),  # a door 10 mm thick
         (np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]]), np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])),
-        (
-            np.concatenate([BOX, BOX + [10.0, 0.0, 0.0]]),
-            np.concatenate([PLAIN, PLAIN + 8]),
-        ),  # side by side, their own corners
+        (np.concatenate([BOX, BOX + [10.0, 0.0, 0.0]]), np.concatenate([PLAIN, PLAIN + 8])),
         (BOX[[0, 1, 2, 3]], np.array([[0, 1, 2], [0, 1, 3]])),  # two that overlap, but with other boundaries
     ],
-)
+)  # fmt: skip
 def test_what_is_no_copy(points: Floats, faces: Indices) -> None:
     assert copies(points, faces) == []
 

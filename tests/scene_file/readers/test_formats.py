@@ -55,21 +55,14 @@ def test_content_that_is_not_what_the_ending_says_is_named(content: bytes, words
     [
         ("a.gltf", b"{}", ".gltf is not read; it keeps its data in other files: export it as .glb, which holds all"),
         ("a.zip", b"PK\x03\x04", ".zip is not read; it packs other files: unpack it"),
-        (
-            "my boat.x",
-            b"xof 0303",
-            ".x is not read; no reader of it is built in: assimp export 'my boat.x' 'my boat.obj' -tri",
-        ),
-        (
-            "b.3DS",
-            b"MM",
-            ".3ds is not read; no reader of it is built in: assimp export b.3DS b.obj -tri makes an .obj of it",
-        ),
+        ("my boat.x", b"xof 0303",
+         ".x is not read; no reader of it is built in: assimp export 'my boat.x' 'my boat.obj' -tri"),
+        ("b.3DS", b"MM", ".3ds is not read; no reader of it is built in: assimp export b.3DS b.obj -tri makes an .obj of it"),
         ("b.dae", b"<COLLADA/>", "assimp export b.dae b.obj -tri"),
         ("a.exe", b"MZ", 'the ending ".exe"'),
         ("noending", b"v 0 0 0", 'the ending ""'),
     ],
-)
+)  # fmt: skip
 def test_names_without_a_format(name: str, content: bytes, message: str) -> None:
     assert message in refused(content, name)
 

@@ -13,7 +13,7 @@ from radar_service.processes.call import Progress
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.controls import ControlError
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
@@ -113,20 +113,6 @@ class Late:
         assert self.ready.wait(60)
         self.made.append(factory(turns=self._turns)(order, progress))
         return self.made[-1]
-
-
-async def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
-    late = Late()
-    async with playing(FAST, late) as (station, sink):
-        change = asyncio.create_task(station.change({"rpm": 48.0}))
-        await asyncio.to_thread(late.asked.wait, 10)
-        sent = sink.spokes
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 10 * AZIMUTHS)
-        late.ready.set()
-        await change
-        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
-
-    goes_on(sink, 1)
 
 
 async def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:

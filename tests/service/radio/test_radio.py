@@ -50,8 +50,8 @@ def test_a_fault_comes_before_a_restart_and_that_before_a_pause() -> None:
 @pytest.mark.parametrize(("reached", "state"), [(0.96, "behind"), (0.98, "running")])
 def test_a_radar_below_its_pace_is_behind(reached: float, state: str) -> None:
     radar = station(clock=1.0)
-    radar.transmitter.pacer.schedule.sent(0.0, 0.0)
-    radar.transmitter.pacer.schedule.sent(1.0, reached)
+    radar.transmitter.pacer.group_clock.schedule.sent(0.0, 0.0)
+    radar.transmitter.pacer.group_clock.schedule.sent(1.0, reached)
     assert status.state(radar) == state and status.health(radar)["factor_reached"] == pytest.approx(reached)
 
 
@@ -91,13 +91,6 @@ def test_a_little_late_is_caught_up_and_much_too_late_is_not() -> None:
     assert schedule.slips == 0 and schedule.delay(2.0, 2.0, 1.0) == pytest.approx(0.0)
     schedule.delay(3.0 + 1.1 * LATE_LIMIT, 3.0, 1.0)
     assert schedule.slips == 1 and schedule.delay(3.0 + 1.1 * LATE_LIMIT, 4.0, 1.0) == pytest.approx(1.0)
-
-
-def test_after_a_restart_the_next_spoke_is_due_at_once() -> None:
-    schedule = Schedule()
-    schedule.delay(0.0, 0.0, 1.0)
-    schedule.restart()
-    assert schedule.delay(50.0, 1.0, 1.0) == 0.0 and schedule.slips == 0
 
 
 def test_the_factor_reached_is_measured_and_sinks_when_nothing_comes() -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.service.radio.prefetch import SpokeSourceFault, prepared
+from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import SceneRequest
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
@@ -16,14 +16,6 @@ from tests.service.radio.recording import SOON
 
 def supervisor(**options: object) -> WorkerSupervisor:
     return WorkerSupervisor(FakeEngine(scene()), factory(**options))
-
-
-def test_a_restart_begins_with_the_given_scan() -> None:
-    engines = supervisor()
-    engines.restart(4)
-    block = engines.worker.take(SOON)
-    engines.stop(SOON)
-    assert block is not None and block.first == 4 * AZIMUTHS
 
 
 def test_a_restart_hands_on_the_plan() -> None:
@@ -60,11 +52,6 @@ def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
     block = engines.worker.take(SOON)
     assert block is not None and block.first == 4 * AZIMUTHS
     engines.stop(SOON)
-
-
-def test_engines_that_fail_again_say_why() -> None:
-    with pytest.raises(SpokeSourceFault, match="RuntimeError: the wheel came off"):
-        supervisor(dies_at=0).restart(1)
 
 
 def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:

@@ -25,7 +25,7 @@ from radar_service.display.video import (
 from radar_service.numerics import Profiles, Singles
 from radar_service.radar import Radar
 from radar_service.records import Truth
-from radar_service.service.access import told_fields, told_plan, told_warnings
+from radar_service.service.access import told_fields, told_plan
 from radar_service.service.codecs.native.views import apply_view, request_from_query, source_fields, trim
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
@@ -117,7 +117,7 @@ def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str
 def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
-    warnings = told_warnings(scene.warnings, knows_truth)
+    warnings = list(scene.warnings) if knows_truth else []
     stream = {"stream": list(scene.stream)} if any(scene.stream) else {}
     return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings, **stream}
 

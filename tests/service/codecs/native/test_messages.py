@@ -87,14 +87,6 @@ def test_spokes_carry_numbers_of_the_epoch_and_rows_of_the_scan() -> None:
     np.testing.assert_array_equal(wire.samples(message), power_of(6 + np.arange(4), BINS))
 
 
-def test_a_view_is_applied() -> None:
-    message = wire.unpack(CODEC.spokes(BATCH, View("f32", 5, spokes=4, compression="zstd")))
-    assert (message["compression"], message["row_first"], message["row_count"]) == ("zstd", [0, 2], [2, 2])
-    assert message["bins"] == 5 and (message["first"], message["count"]) == (100, 4)
-    message = wire.unpack(CODEC.spokes(BATCH, View("f32", sector=(90, 120))))
-    assert (message["row_first"], message["row_count"]) == ([0, 1, 2], [1, 1, 1])
-
-
 @pytest.mark.parametrize("compression", ["zstd", "deflate"])
 def test_a_whole_view_has_rows_as_they_are(compression: str) -> None:
     plain, message = (wire.unpack(CODEC.spokes(BATCH, View("f32", compression=each))) for each in ("", compression))

@@ -1,17 +1,24 @@
-"""Plays scenes with the effects of the package beside it, in a process that has this installed; prints what they gave as JSON.
+"""Uses the foreign packages, in a process that has them installed, and prints what they gave as JSON.
 
-python -m tests.plug_ins.effects.played
+python -m tests.plug_ins.played, in a folder with the files of `test_packages`
 """
 
+import contextlib
 import hashlib
+import io
 import json
 from typing import Any
 
 import numpy as np
 
 import radar_service as rs
+from radar_service.__main__ import main
+from radar_service.bench import TrackerInput
+from radar_service.bench.trackers.json_lines import TrackerError
+from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.radar_feed import RadarFeeds
 from radar_service.scene_file.describe import describe, json_schema
+from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.truth.truth_file import scene_hash
 
 RADAR = {
@@ -125,9 +132,59 @@ def refusals() -> list[str]:
     return texts
 
 
+def command(*words: str) -> tuple[int, str, str]:
+    """Exit status, output and errors of the command line."""
+    with contextlib.redirect_stdout(io.StringIO()) as out, contextlib.redirect_stderr(io.StringIO()) as errors:
+        try:
+            status = main(words)
+        except SystemExit as ended:  # --help
+            status = int(ended.code or 0)
+    return status, out.getvalue(), errors.getvalue()
+
+
+def read_bodies() -> list[list[Any]]:
+    """Bodies of a foreign mesh file, read in this process and then in the sandbox."""
+    sandbox = Sandbox()
+    scenes = rs.load_scene("scene.toml"), rs.load_scene("scene.toml", mesh_reader=sandbox)
+    sandbox.close()
+    bodies = [body for scene in scenes for body in scene.bodies]
+    return [[body.name, body.motion.position[0].round(6).tolist(), body.mesh.faces.shape[0]] for body in bodies if body.mesh]
+
+
+def tracked() -> dict[str, Any]:
+    """The track of a foreign tracker, and what is said of a broken one."""
+    tracker = tracker_for("still", {"type": "header"})
+    scan = TrackerInput(scan=0, time=2.5, east=3.0, north=4.0, heading=0.0, course=0.0, speed=0.0, plots=())
+    tracks = [(track.east, track.north) for track in tracker.update(scan)]
+    tracker.close()
+    try:
+        tracker_for("broken", {"type": "header"})
+    except TrackerError as error:
+        return {"tracks": tracks, "has digest": bool(program_digest("still")), "broken": str(error)}
+    raise AssertionError
+
+
+def broken_parts() -> list[str]:
+    """What is said of scenes that use broken parts."""
+    keys: list[dict[str, Any]] = [
+        {"mesh": "one.broken"}, {"heightmap": "one.broken", "extent_m": [100, 100]},
+        {"mesh": "one.obj", "scattering": "broken"}, {"shape": "point", "rcs_dbsm": 0, "broken": 1}, {},
+    ]  # fmt: skip
+    texts = []
+    for given in keys:
+        scene = {"body": [{"name": "one", "position_m": [0, 500, 0], **given}]} if given else {"broken": 1}
+        try:
+            rs.Simulator(rs.load_scene(scene, folder="."))
+        except Exception as error:
+            texts.append(str(error))
+    return texts
+
+
 if __name__ == "__main__":
     told = {
-        "plain": plain(), "both": with_birds_and_jammer(), "one_db": one_bird_and_a_point(), "radome": behind_a_radome(),
-        "refusals": refusals(), "served": served(), "schema": json_schema()["$defs"]["FlockModel"],
+        "commands": [command(*line.split()) for line in ("broken", "hello sea", "--help", "replay --help")],
+        "bodies": read_bodies(), "tracker": tracked(), "broken": broken_parts(), "plain": plain(),
+        "both": with_birds_and_jammer(), "one_db": one_bird_and_a_point(), "radome": behind_a_radome(), "refusals": refusals(),
+        "served": served(), "schema": json_schema()["$defs"]["FlockModel"],
     }  # fmt: skip
     print(json.dumps(told))

@@ -1,4 +1,4 @@
-"""The worker of an engine: bounded, in order, and it always reports its end."""
+"""The worker of a spoke source: bounded, in order, and it always reports its end."""
 
 import threading
 import weakref
@@ -10,8 +10,9 @@ import pytest
 
 from radar_service.records.cell_sources import PowersOf, SourceRequest
 from radar_service.records.spokes import SpokeBlock
-from radar_service.service.radio import prefetch
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
+from radar_service.service.radio import scene_process
+from radar_service.service.radio.scene_process import SpokeWorker, prepared
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.commands import CommandError
 from radar_service.world.scene import scene_at_rpm
 from tests.service.fake import FakeEngine, commanded, scene, steerable_scene
@@ -23,14 +24,6 @@ def started(engine: FakeEngine, azimuths: int = 12) -> SpokeWorker:
     worker = SpokeWorker(engine, azimuths)
     worker.start()
     return worker
-
-
-def test_blocks_come_in_order() -> None:
-    worker = started(FakeEngine(scene()))
-    blocks = [worker.take(SOON) for _ in range(20)]
-    worker.stop(SOON)
-    numbers = [n for block in blocks if block for n in range(block.first, block.first + len(block))]
-    assert numbers == list(range(numbers[-1] + 1)) and len(blocks) == 20
 
 
 @pytest.mark.parametrize("taken", [0, 1, 4])
@@ -49,9 +42,9 @@ def test_wide_spokes_are_computed_ahead_up_to_a_number_of_bytes(monkeypatch: pyt
     returned = list[int]()
     engine = FakeEngine(scene(), turns=threading.Semaphore(100))
     size = engine.block(0, 5).nbytes
-    monkeypatch.setattr(prefetch, "BYTES_AHEAD", 2 * size)
-    monkeypatch.setattr(prefetch, "BYTES_BETWEEN", 3 * size - 1)
-    monkeypatch.setattr(prefetch, "return_free_memory", lambda: returned.append(1))
+    monkeypatch.setattr(scene_process, "BYTES_AHEAD", 2 * size)
+    monkeypatch.setattr(scene_process, "BYTES_BETWEEN", 3 * size - 1)
+    monkeypatch.setattr(scene_process, "return_free_memory", lambda: returned.append(1))
     worker = started(engine, azimuths=1000)
     engine.wait_for_blocks(2, SOON)
     assert not returned
@@ -282,8 +275,8 @@ def test_wide_spokes_come_in_small_blocks(cells: int, spokes: int) -> None:
 def test_after_a_command_less_is_computed_ahead_for_a_while(monkeypatch: pytest.MonkeyPatch) -> None:
     """The next command may drop it again. Of blocks of five, eight are ahead at rest; steered two, and one in hand."""
     now = [100.0]
-    monkeypatch.setattr(prefetch, "monotonic", lambda: now[0])
-    monkeypatch.setattr(prefetch, "STEERED_AHEAD", 10)
+    monkeypatch.setattr(scene_process, "monotonic", lambda: now[0])
+    monkeypatch.setattr(scene_process, "STEERED_AHEAD", 10)
     engine = FakeEngine(steerable_scene())
     worker = started(engine, 40)
     engine.wait_for_blocks(8, SOON)
@@ -294,7 +287,7 @@ def test_after_a_command_less_is_computed_ahead_for_a_while(monkeypatch: pytest.
         assert worker.take(SOON) is not None
         ahead.append(engine.blocks_made - before - taken)
     assert max(ahead) <= 3
-    now[0] += prefetch.STEERED_SECONDS
+    now[0] += scene_process.STEERED_SECONDS
     worker.take(SOON)
     engine.wait_for_blocks(before + 200 + 5, SOON)
     worker.stop(SOON)

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from radar_service.world.ais import StationClass
-from radar_service.world.ais_reporting import STATIC, TURNING, Reporting, interval
+from radar_service.world.reporting import STATIC, TURNING, Reporting, StationClass, interval
 from tests.ports.ais.test_messages import ship
 
 KNOT = 1852.0 / 3600.0

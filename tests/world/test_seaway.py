@@ -7,8 +7,7 @@ import pytest
 
 from radar_service.numerics.constants import GRAVITY
 from radar_service.numerics.types import Floats
-from radar_service.world.seaway import Seaway
-from radar_service.world.wave_drawing import WAVES, drawn_waves, energy_below
+from radar_service.world.seaway import WAVES, Seaway, drawn_waves, energy_below
 
 SEA = Seaway(height=2.0, period=8.0, towards=np.deg2rad(130.0), spread=1.0, seed=4, list_rms=0.0, trim_rms=0.0)
 PEAK = 2.0 * np.pi / 8.0
