@@ -16,7 +16,7 @@ import numpy as np
 
 from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.engine.preparation import rests
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.plan.body_errors import aspects_db, body_error
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
 from radar_service.plan.cost_model import Costs, Counts, EngineStatistics, realtime_factor

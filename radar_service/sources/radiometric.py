@@ -20,8 +20,7 @@ from radar_service.numerics import (
     wrap_angle,
     wrap_bearing,
 )
-from radar_service.propagation import elevation_gain, local_attenuation, received_amplitude
-from radar_service.propagation.radar_equation import attenuation
+from radar_service.propagation import attenuation, elevation_gain, local_attenuation, received_amplitude
 from radar_service.receive import receiver_noise_power
 from radar_service.records import Extent, Radiometry, square_law
 from radar_service.sources.numbers import BODY, source_numbers

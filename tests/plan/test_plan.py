@@ -13,7 +13,7 @@ import pytest
 
 import radar_service as rs
 from radar_service.believed.verdicts import chosen_rows
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.plan import plan as plans
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ERROR_HELP, STEPS_DB, ErrorBudget, error_budget, finite_pace
