@@ -1,4 +1,4 @@
-"""What a ship reports: errors of its sensors on purpose, and its AIS transponder and how often this reports. In SI and radians."""
+"""What a ship reports: errors of its sensors on purpose, its AIS transponder, and how often this reports. SI and radians."""
 
 import math
 from dataclasses import dataclass
