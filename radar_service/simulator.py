@@ -30,7 +30,7 @@ from radar_service.records import (
     source_request,
 )
 from radar_service.scans import Sector
-from radar_service.scene_file.error_tables import changed_errors
+from radar_service.scene_file import changed_errors
 from radar_service.simulation.engine_set_up import (
     SourceTile,
     SourceTiles,

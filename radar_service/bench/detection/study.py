@@ -26,7 +26,7 @@ from radar_service.bench.detection.detection import (
 from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError
 from radar_service.numerics import NAUTICAL_MILE, Floats, Indices, known_level_factor
 from radar_service.receive import receiver_noise_power
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.world import Scene
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.numerics import Complexes, Floats, Profiles
 from radar_service.radar import Radar
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.world import Scene
 
