@@ -14,7 +14,7 @@ import pytest
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
 from radar_service.service.radio import status
-from radar_service.service.radio.pacing import BATCH_SPOKES, LATE_LIMIT, WINDOW, Schedule, batch_spokes
+from radar_service.service.radio.pacer import BATCH_SPOKES, LATE_LIMIT, WINDOW, Schedule, batch_spokes
 from radar_service.service.radio.radio_state import Failed, State
 from radar_service.service.radio.spare import RUN, NewSpare, PlanChild, Spares, SpareTakesOver
 from radar_service.service.radio.station import Station
@@ -64,7 +64,7 @@ def test_spokes_make_a_radar_ready_and_stopping_ends_that() -> None:
     assert not status.is_ready(radar)
 
 
-# pacing: the arithmetic of pacing, on a clock that the test moves.
+# pacer: the arithmetic of pacing, on a clock that the test moves.
 PERIOD = 2.5 / 720  # s per spoke at 24 rpm
 
 
