@@ -176,8 +176,7 @@ class Simulator:
         """Consecutive spokes from the next scan on, in blocks that never span two scans.
 
         scans: how many, None: without end; a scan counts as taken with its first block. size: spokes per block (the last of a
-        scan may be shorter); it changes no byte. Where a command or a request acts on spokes that were computed, it goes back to
-        the first of them.
+        scan may be shorter); it changes no byte.
         """
         azimuths = self.scene.radar.azimuths
         at, left = self._next_scan * azimuths, math.inf if scans is None else scans
