@@ -26,7 +26,7 @@ from tests.ports.kept import Kept
 from tests.ports.reflectors import radar_of
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server() -> Iterator[ForkServer]:
     made = ForkServer(("radar_service.plots.plot_process",))
     yield made
