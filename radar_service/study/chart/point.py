@@ -20,15 +20,9 @@ MAX_MISSED = 0.05  # share of targets that a sampler on the Pareto front may mis
 class Point:
     """One method at one setting.
 
-    panel: "field" (signal chain), "power" (samplers), "scattering" (models); errors of two panels are not comparable;
-    family, setting: the method and its setting;
-    times: CPU time per azimuth of each repeat [s];
-    extrapolated: whether the times were measured on a subset of the echoes and scaled up;
-    error_db: relative field error, or error of the mean power; None where no draw met a target;
-    spread_db: spread of one draw (samplers and models);
-    missed: share of targets that one draw misses (samplers and models);
-    preset: the preset that works like this, if any.
-    """
+    panel: "field", "power" or "scattering"; errors of two are not comparable. times: CPU time per azimuth of each repeat [s];
+    extrapolated: whether from a subset of the echoes. error_db: of the field, or of the mean power; None where no draw met a
+    target. spread_db, missed: of one draw, and the share of targets that it misses. preset: the one that works like this."""
 
     panel: str
     family: str
