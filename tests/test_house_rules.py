@@ -215,10 +215,12 @@ def test_functions_are_short() -> None:
     assert median(map(body_lines, functions)) < MAX_MEDIAN
 
 
+MAY_REACH = re.compile(r"(?<!\bself)(?<!\bcls)\._[^\W_]|\bimport\b[^\n]*[ ,(]_[^\W_]|^\s+_\w+,?$", flags=re.M)
+
+
 def private_reaches(source: str) -> Iterator[str]:
-    """Private attributes of other objects, and private names of other modules, that a module uses; without a word that begins
-    with one underscore there are none."""
-    if not re.search(r"\b_[^\W_]", source):
+    """Private attributes of other objects, and private names of other modules, that a module uses; it is parsed where it may."""
+    if not MAY_REACH.search(source):
         return
     own = {node.name for node in nodes_of(source) if isinstance(node, ast.ClassDef)}
     for node in nodes_of(source):

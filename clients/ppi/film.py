@@ -6,8 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from radar_service.display.picture import picture_from_power
+
 from .errors import FeedError
-from .scans import ReceivedScan, brightness, power
+from .scans import ReceivedScan, power
 
 AFTERGLOW = 0.6  # brightness left after one revolution: the beam's position shows, and old echoes stay readable
 
@@ -56,11 +58,12 @@ def faded(drawn: NDArray[np.uint8], age: NDArray[np.float64]) -> NDArray[np.uint
     return dimmed
 
 
-def _bright(scans: list[ReceivedScan], dynamic_range_db: float) -> list[NDArray[np.uint8]]:
-    """The brightness (A, N) of each scan, all on one scale."""
+def _bright(scans: list[ReceivedScan], dynamic_range_db: float) -> NDArray[np.uint8]:
+    """The brightness (K, A, N) of the scans, all on one scale."""
     encoding = scans[0].hello["encoding"]
-    strongest = None if encoding["name"] == "u8" else max(float(power(scan.ppi, encoding).max()) for scan in scans)
-    return [brightness(scan, dynamic_range_db, strongest) for scan in scans]
+    if encoding["name"] == "u8":
+        return np.stack([scan.ppi.polar for scan in scans])
+    return picture_from_power(np.stack([power(scan.ppi, encoding) for scan in scans]), dynamic_range_db)
 
 
 def _order(scans: list[ReceivedScan]) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.intp]]:

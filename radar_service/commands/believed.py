@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from radar_service.terminal import UsageError, make_folder, write_file
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, make_folder, progress, write_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -11,8 +11,7 @@ from radar_service.bench.ladder.report import text_of, write_ladders
 from radar_service.bench.ladder.series import ladders, load_ladder
 from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.shared_options import add_jobs, workers_of
-from radar_service.terminal import UsageError, add_whole_number
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, progress
 
 SEEDS = 20
 

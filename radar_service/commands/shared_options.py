@@ -79,7 +79,7 @@ def workers_of(options: argparse.Namespace, memory: int | None = None) -> Iterat
     """
     from radar_service.batch.dask_cluster import cluster  # here: the service, whose options stand here too, starts without
     from radar_service.batch.worker_processes import processes
-    from radar_service.numerics.arithmetic import arithmetic
+    from radar_service.numerics import arithmetic
 
     if options.scheduler:
         with cluster(options.scheduler) as workers:

@@ -13,8 +13,7 @@ from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import json_schema as json_schema  # of `schema sweep`
 from radar_service.sweep.store import SweepStore, library
 from radar_service.sweep.sweep import Tally, run_sweep
-from radar_service.terminal import UsageError, add_whole_number, make_folder
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 SHOWN = 5  # failed runs whose reason is printed; the store has all
 

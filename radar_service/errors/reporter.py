@@ -6,7 +6,7 @@ A timeline says which errors are in force at which spoke, where they change whil
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import groupby
 from typing import Any
 
@@ -78,15 +78,15 @@ class ErrorReporter(ErrorTimeline):
         ship: str | None = None, stream: Stream = NO_STREAM,
     ) -> None:  # fmt: skip
         super().__init__(errors)
-        self._radar, self._seed, self._radar_id, self._first, self._ship = radar, seed, radar_id, first, ship
-        self._stream = stream
+        self._radar, self._seed, self._first = radar, seed, first
+        self._same_run = partial(ErrorReporter, radar, seed, radar_id=radar_id, ship=ship, stream=stream)
         self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
         self._arranger = FeedArranger(radar)
         self._sensor_laws = lru_cache(4)(lambda settings: SensorLaws(settings, radar, seed, key, ship, stream))
 
     def restarted(self, first: int) -> "ErrorReporter":
         """Returns a reporter with the errors now in force, for a run that begins with spoke `first`."""
-        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first, self._ship, self._stream)
+        return self._same_run(errors=self.errors, first=first)
 
     def reported(self, block: SpokeBlock, earlier: Earlier) -> SpokeBlock:
         """Returns a true block as sensors and antenna report it. earlier: gives true readings of earlier spokes."""

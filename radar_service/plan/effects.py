@@ -6,8 +6,8 @@ from types import MappingProxyType
 
 from radar_service.echo import PIECE
 from radar_service.numerics import effective_earth_radius
+from radar_service.plan.cost_model import EngineStatistics
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
-from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation import diffraction_height
 from radar_service.radar import Radar, pulse_doppler_shift
 from radar_service.receive import receiver_noise_power
@@ -55,11 +55,9 @@ def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
 def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
     """What a radar transmits or filters beyond linear chirps and matched filters."""
     names = {"lfm": [], "nlfm": ["nonlinear chirp"], "none": ["plain pulse"]}[radar.modulation]
-    inverse = ["inverse filter"] if radar.compression == "inverse" else []
-    inverse += ["nearer pulses"] if radar.near_pulses else []
-    return [
-        PlanItem(name, False, "the specification has one linear chirp and its matched filter") for name in names + inverse
-    ]
+    names += ["inverse filter"] if radar.compression == "inverse" else []
+    names += ["nearer pulses"] if radar.near_pulses else []
+    return [PlanItem(name, False, "the specification has one linear chirp and its matched filter") for name in names]
 
 
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:

@@ -13,11 +13,10 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import near_seed, pulse_scenes
 from radar_service.numerics import BLAS_LIMIT, Flags, Profiles, Singles, effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.cost_model import SetUp, engine_statistics, first_visibility_update
+from radar_service.plan.cost_model import EngineStatistics, SetUp, engine_statistics, first_visibility_update
 from radar_service.plan.culling import cull
 from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
-from radar_service.plan.statistics import EngineStatistics
 from radar_service.records import Crossing, Fidelity, Labels, Powers, PowersOf, SourceList, SourceRequest, fidelity_from_name
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
 from radar_service.sources.numbers import source_names, source_numbers

@@ -53,9 +53,8 @@ class SourcePowers:
         self._fields: ResultCache[int, tuple[RestingField, Singles]] = ResultCache(max(2, RESTING_BYTES // (12 * cells)))
         tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + OTHER_ARRAYS)
         per_scan = -(-prepared.scene.radar.azimuths // prepared.tile)
-        self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(
-            int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
-        )
+        kept = int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
+        self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(kept)
 
     def tile(self, scan: int, start: int) -> TilePowers:
         """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
@@ -123,6 +122,9 @@ class SourcePowers:
         return field, power
 
 
+MakeTile = Callable[[SourcePowers, int, int], TilePowers]
+
+
 class PulsePowers(NamedTuple):
     """The powers of sources as one pulse has them, in the bins `columns` that it serves; gain: their factor there."""
 
@@ -133,15 +135,13 @@ class PulsePowers(NamedTuple):
 
 def pulse_powers(pulses: Sequence[Prepared], numbers: Indices) -> list[PulsePowers]:
     """The powers of the sources of a scene; pulses: the scene prepared for each, by rising range; numbers: as SourcePowers."""
-    ends = [0, *(prepared.scene.radar.bins for prepared in pulses)]
-    return [
-        PulsePowers(
-            SourcePowers(prepared, numbers),
-            slice(first, stop),
-            np.float32(pulse_gain(prepared.scene.radar, pulses[-1].scene.radar) ** 2),
-        )
-        for prepared, first, stop in zip(pulses, ends[:-1], ends[1:], strict=True)
-    ]
+    powers, first, last = list[PulsePowers](), 0, pulses[-1].scene.radar
+    for prepared in pulses:
+        radar = prepared.scene.radar
+        gain = np.float32(pulse_gain(radar, last) ** 2)
+        powers.append(PulsePowers(SourcePowers(prepared, numbers), slice(first, radar.bins), gain))
+        first = radar.bins
+    return powers
 
 
 class ScanPowers:
@@ -150,27 +150,18 @@ class ScanPowers:
     def __init__(self, pulses: Sequence[PulsePowers], scan: int, of: PowersOf) -> None:
         """of: the sources that matter; no other one is computed."""
         self._pulses, self._scan, self._of = pulses, scan, of
-        self._newest: dict[int, tuple[int, TilePowers]] = {}  # of each pulse: first azimuth of a tile, and the tile
+        self._newest: dict[SourcePowers, tuple[int, TilePowers]] = {}  # of each pulse: first azimuth of a tile, and the tile
 
     def between(self, first: int, stop: int) -> dict[int, Singles]:
         """The power (K, bins) [W] of each source from one azimuth to another; a source without power is left out."""
-        shape = stop - first, self._pulses[-1].columns.stop
-        powers: dict[int, Singles] = {}
-        for k, (of_pulse, columns, gain) in enumerate(self._pulses):
-            at = 0
-            for _, start, rows in _spans(of_pulse.prepared, first, stop):
-                part, at = slice(at, at + rows.stop - rows.start), at + rows.stop - rows.start
-                for number, power in self._tile(k, start).power.items():
-                    served = gain * power[rows, columns]
-                    if served.any():
-                        powers.setdefault(number, np.zeros(shape, dtype=np.float32))[part, columns] = served
-        return dict(sorted(powers.items()))
+        window = PowerWindow(self._pulses, first, stop, self._tile)
+        return {number: power for number in window.sources if (power := window.power(number)).any()}
 
-    def _tile(self, k: int, start: int) -> TilePowers:
+    def _tile(self, powers: SourcePowers, _: int, start: int) -> TilePowers:
         """The tile of a pulse that begins at an azimuth. Tiles of other pulses end elsewhere, so one may serve twice."""
-        if k not in self._newest or self._newest[k][0] != start:
-            self._newest[k] = start, self._pulses[k].powers.computed(self._scan, start, self._of)
-        return self._newest[k][1]
+        if powers not in self._newest or self._newest[powers][0] != start:
+            self._newest[powers] = start, powers.computed(self._scan, start, self._of)
+        return self._newest[powers][1]
 
 
 def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
@@ -181,10 +172,12 @@ def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
 class PowerWindow:
     """Azimuths (K,) from one number since the start to another. number: (K,) of each."""
 
-    def __init__(self, pulses: Sequence[PulsePowers], first: int, stop: int) -> None:
-        """first, stop: number of the first azimuth, 0 or more, and of the one after the last."""
+    def __init__(
+        self, pulses: Sequence[PulsePowers], first: int, stop: int, tile: MakeTile = SourcePowers.tile
+    ) -> None:  # fmt: skip
+        """first, stop: number of the first azimuth, 0 or more, and of the one after the last; tile: of a scan from an azimuth."""
         self.number: Indices = np.arange(first, stop)
-        self._parts = [(pulse, _tiles(pulse.powers, first, stop)) for pulse in pulses]
+        self._parts = [(pulse, _tiles(pulse.powers, first, stop, tile)) for pulse in pulses]
 
     @property
     def sources(self) -> list[int]:
@@ -218,9 +211,9 @@ class PowerWindow:
         return joined
 
 
-def _tiles(powers: SourcePowers, first: int, stop: int) -> list[tuple[TilePowers, slice]]:
+def _tiles(powers: SourcePowers, first: int, stop: int, tile: MakeTile) -> list[tuple[TilePowers, slice]]:
     """The tiles that hold the azimuths from one number to another, and which rows of each."""
-    return [(powers.tile(scan, start), rows) for scan, start, rows in _spans(powers.prepared, first, stop)]
+    return [(tile(powers, scan, start), rows) for scan, start, rows in _spans(powers.prepared, first, stop)]
 
 
 def _spans(prepared: Prepared, first: int, stop: int) -> Iterator[tuple[int, int, slice]]:

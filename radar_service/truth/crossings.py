@@ -44,8 +44,8 @@ class CrossingTruth:
             {"radar": self._scene.radar_id, "body": body.name, "mmsi": body.mmsi, "length": body.length, "beam": body.beam}
             for body in bodies
         ]
-        every = np.arange(len(bodies))
-        self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
+        every, (points, numbers) = np.arange(len(bodies)), (np.empty((2, len(bodies), 3)), np.empty((2, len(bodies))))
+        self._at_start = self._filled(References(*points, *numbers), every, every, np.zeros(len(bodies)))
         self._search = crossing_search(self._scene, lambda which, time: self._references(which, time).position, len(bodies))
 
     @BLAS_LIMIT.held()
@@ -161,10 +161,6 @@ class CrossingTruth:
                 *(column.tolist() for column in columns), *water_tracks(self._scene, pose), strict=True
             )
         ]  # fmt: skip
-
-
-def _empty(count: int) -> References:
-    return References(np.empty((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count))
 
 
 def closest_approach(offset: Floats, velocity: Floats) -> tuple[Floats, Floats]:

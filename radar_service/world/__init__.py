@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from radar_service.world.environment import Attenuator, Environment, SightLines, gas_attenuation_db_per_km
     from radar_service.world.error import SceneError
     from radar_service.world.geo import Origin, geographic_from_map, map_bearing, map_from_geographic, true_bearing
-    from radar_service.world.hull_types import HULL_TYPES, PLAIN, hull_mesh
     from radar_service.world.motion import Motion, Pose, in_stream, segment_headings
     from radar_service.world.poses import (
         MAP_POSE, BodyPose, BodyPoses, PoseArrays, map_from_bodies, map_from_ordered_bodies, merged_mesh, pose_at
@@ -37,7 +36,7 @@ if TYPE_CHECKING:
     from radar_service.world.seaway_motion import (
         MAX_FROUDE, Bounds, HullForm, SeawayMotion, bounds_of, bounds_on_any_course, easing_of
     )  # fmt: skip
-    from radar_service.world.shapes import SHAPES, shape_mesh
+    from radar_service.world.shapes import HULL_TYPES, PLAIN, SHAPES, hull_mesh, shape_mesh
     from radar_service.world.steered_motion import MAX_SEGMENTS, MotionSegment, PastMotion, SteeredMotion, SteeringLimits
     from radar_service.world.steering import Steering, same_at_first
 else:

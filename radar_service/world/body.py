@@ -1,11 +1,4 @@
-"""Records of bodies: materials, radar reflector, triangle mesh and the body itself; what meshes with millions of triangles are.
-
-Materials scatter at X band by sigma0 = gamma cos(incidence), gamma as a power ratio. This constant-gamma law and its values for
-land are from Barton, Land clutter models for radar design and analysis (1985): -20 dB for flat ground, -15 dB for farmland and
-desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for mountains and towns. The spread about these means is about
-5 dB. No table covers small built parts (rails, frames, joints): their values assume that the power reflected by a smooth slab at
-normal incidence is scattered evenly.
-"""
+"""Records of bodies: materials, radar reflector, triangle mesh and the body itself; slices and windings of large meshes."""
 
 import math
 from collections.abc import Mapping
@@ -241,6 +234,11 @@ def _section(mesh: Mesh, height: float) -> Floats:
     return np.asarray(begin[passes][:, :2] + share[:, None] * (end[passes] - begin[passes])[:, :2])
 
 
+# Materials scatter at X band by sigma0 = gamma cos(incidence), gamma as a power ratio. This constant-gamma law and its
+# values for land are from Barton, Land clutter models for radar design and analysis (1985): -20 dB for flat ground, -15 dB
+# for farmland and desert, -12 dB for rolling hills, -10 dB for wooded hills, -5 dB for mountains and towns. The spread
+# about these means is about 5 dB. No table covers small built parts (rails, frames, joints): their values assume that the
+# power reflected by a smooth slab at normal incidence is scattered evenly.
 _GAMMA_DB: dict[str, tuple[float, str]] = {
     "steel": (0.0, "optics"),  # a ship's side: fittings and joints scatter nearly all power (perfect diffuser)
     "aluminium": (0.0, "optics"),  # as steel at X band: both are good conductors

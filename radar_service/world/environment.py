@@ -1,8 +1,4 @@
-"""The environment: the earth, the air and the sea, and attenuation by the gases of the air near the ground.
-
-That is of Recommendation ITU-R P.676-10 (2013), Annex 2, whose approximate formulas are for sea level. Their error against the
-sum over all lines (P.676-12, Annex 1; 0.01327 dB/km at 9.41 GHz) is 2 % at X band, and up to 8 % elsewhere below 54 GHz.
-"""
+"""The environment: the earth, the air and the sea, and attenuation by the gases of the air near the ground."""
 
 import math
 from collections.abc import Mapping
@@ -15,6 +11,9 @@ from radar_service.radar import Radar
 from radar_service.world.error import SceneError
 from radar_service.world.seaway import NO_STREAM, Seaway, Stream
 
+# Attenuation by gases is that of Recommendation ITU-R P.676-10 (2013), Annex 2, whose approximate formulas are for sea
+# level. Their error against the sum over all lines (P.676-12, Annex 1; 0.01327 dB/km at 9.41 GHz) is 2 % at X band, and up
+# to 8 % elsewhere below 54 GHz.
 PRESSURE_HPA = 1013.25
 TEMPERATURE = 288.15  # K
 VAPOUR_G_M3 = 7.5

@@ -4,12 +4,6 @@ The phase of each wave is that at the ship's position, so all ships have one sea
 turns and changes of speed. Responses are those of a steady course at the heading of the instant, and at an eased velocity,
 which follows the true one with the time constant EASING. So sway is continuous where speed jumps; where a heading jumps, sway
 jumps too.
-
-Heave and pitch are those of Jensen, Mansour and Olsen, "Estimation of ship motions using closed-form expressions", Ocean
-Engineering 31 (2004) 61-85: a box with the hull's length, draught and displacement. Roll answers to the mean slope of the sea
-across the hull. Their roll moment, from the damping by Haskind's relation, goes to 0 in long waves, where a boat has the slope
-of the sea: in beam seas of sea states 3 and 5 it gives 0.4 and 0.3 of this roll at 75 m (0.9 and 4.2 degrees rms), and less at
-12 m.
 """
 
 from collections.abc import Sequence
@@ -66,6 +60,11 @@ class HullForm:
         return float(MAX_FROUDE * np.sqrt(GRAVITY * self.length))
 
 
+# Heave and pitch are those of Jensen, Mansour and Olsen, "Estimation of ship motions using closed-form expressions", Ocean
+# Engineering 31 (2004) 61-85: a box with the hull's length, draught and displacement. Roll answers to the mean slope of the
+# sea across the hull. Their roll moment, from the damping by Haskind's relation, goes to 0 in long waves, where a boat has
+# the slope of the sea: in beam seas of sea states 3 and 5 it gives 0.4 and 0.3 of this roll at 75 m (0.9 and 4.2 degrees
+# rms), and less at 12 m.
 class Response(NamedTuple):
     """Complex amplitudes (..., N) over that of each wave, time factor exp(-i w t): roll, pitch [rad/m] and heave [m/m].
 

@@ -10,7 +10,7 @@ from radar_service.bench.kept_plots import observed_run
 from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.single_run import data_sheet, missed_limits, same_for_all, single_run
 from radar_service.bench.trackers.tracker import DataSheet
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.terminal import progress
 from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small

@@ -1,18 +1,12 @@
 """The page in a real browser, against a radar whose picture is known: what stands where, and what it does in trouble."""
 
-import subprocess
-import sys
-from collections.abc import Iterator
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import ndimage
 
-import scenes
-from tests.clients.chromium import Browser, Page
+from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar, Picture
 from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, TARGETS, box, echoes, expected, measure, off_by, seen
@@ -36,58 +30,6 @@ def test_targets_are_at_their_bearings_and_ranges(
     up_deg = heading_deg if orientation == "head-up" else 0.0
     assert radius > 250  # of a screen 700 pixels high: a smaller picture would hide errors
     assert off_by(spots, expected(radar.picture, centre, radius, up_deg)) < PIXELS
-
-
-HEADING_DEG = 70.0
-
-
-@pytest.fixture
-def orientation(tmp_path: Path) -> Iterator[str]:
-    """The address of the real service with the scene `orientation`, own ship turned to HEADING_DEG."""
-    text = (Path(scenes.__file__).parent / "orientation.toml").read_text()
-    assert text.count("heading_deg = 0\n") == 1
-    scene = tmp_path / "orientation.toml"
-    scene.write_text(text.replace("heading_deg = 0\n", f"heading_deg = {HEADING_DEG}\n"))
-    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "4"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
-        assert service.stdout is not None
-        try:
-            yield service.stdout.readline().split("open ")[1].strip()
-        finally:
-            service.terminate()
-
-
-def strong_spots(page: Page) -> NDArray[np.float64]:
-    """Centroids (n, 2) of the strong echoes, pixels right of and below own ship, the nearest first."""
-    page.ask("void (document.getElementById('banner').style.visibility = 'hidden')")  # a busy machine is told of as too slow
-    screen, (left, top, side) = seen(page), box(page)
-    yellow = screen[..., 0] - screen[..., 2]  # the overlay has none
-    labels, count = ndimage.label(yellow > 0.6 * yellow.max())  # the scene's three are equally strong, sidelobes faint
-    positions = np.array(ndimage.center_of_mass(labels > 0, labels, range(1, count + 1)))[:, ::-1] + 0.5
-    spots: NDArray[np.float64] = positions - (left + side / 2, top + side / 2)
-    return spots[np.argsort(np.hypot(*spots.T))]
-
-
-NEXT = "Number(document.getElementById('scope').dataset.drawn.split(':')[1])"
-# A whole scan and a batch were drawn without a loss: a busy machine loses spokes, and counts anew from there.
-WHOLE_SCAN = f"""(() => {{
-    const lost = document.getElementById('lost-text').textContent;
-    if (lost !== window.lostBefore) [window.lostBefore, window.start] = [lost, {NEXT}];
-    return {NEXT} > window.start + 740;
-}})()"""
-
-
-def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation: str) -> None:
-    page = browser.open(f"{orientation}?{BARE}&orientation=head-up")
-    page.wait(f"{NEXT} > 0")
-    page.wait(WHOLE_SCAN)
-    spots, faults = strong_spots(page), page.faults()
-    page.close()
-    distance = np.hypot(*spots.T)
-    bearing_deg = (np.rad2deg(np.arctan2(spots[:, 0], -spots[:, 1])) + HEADING_DEG) % 360
-    assert faults == []
-    assert bearing_deg == pytest.approx([30, 120, 250], abs=3.9 / 4)  # a quarter of the beamwidth
-    assert distance / distance.max() == pytest.approx([1 / 3, 2 / 3, 1], abs=PIXELS / distance.max())
 
 
 def test_draws_on_a_2d_canvas_without_webgl2(radar: FakeRadar, opened: Opened) -> None:

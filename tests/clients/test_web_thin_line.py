@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 
 from radar_service import wire
-from tests.clients.chromium import Browser, Page
+from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar
 from tests.clients.screen import BARE, BROWSER, DRAWN
-from tests.clients.test_web_service import CONNECTED, Serve, serve
-from tests.clients.thin_line import ThinLine
 
 pytestmark = BROWSER
-__all__ = ["serve"]  # a fixture
 
 # A line carries `rate(now)` kB/s of a feed of 77 kB/s, as of 2502 bins a spoke. A new connection shares it for 2 s with what
 # waits in the one before. Returns lags second by second, levels, and the times of changes.
@@ -242,23 +239,6 @@ def test_lag_is_that_of_the_service_s_own_time(modules: Page) -> None:
       return [...lags, meter.lag, meter.certainLag];
     })"""
     assert modules.ask(script) == [0, 5, 0, 0, 0, None]
-
-
-def test_a_real_service_on_a_line_that_is_too_thin(browser: Browser, serve: Serve) -> None:
-    """Half of what the page takes unthinned arrives: it asks for less, is a little behind for a while, and says nothing then."""
-    address, _ = serve("--port", "0")
-    line = ThinLine(int(address.rstrip("/").rpartition(":")[2]))
-    try:
-        page = browser.open(f"http://127.0.0.1:{line.port}/?{BARE}", first=CLOCK)
-        page.wait(f"{CONNECTED} && Number(document.getElementById('rate-text').textContent) > 0")
-        ask_time(page)
-        line.rate = 40_000.0
-        page.wait("!document.getElementById('thinned-text').hidden")
-        page.wait("!document.getElementById('banner').textContent.startsWith('Behind')")
-        assert not page.faults()
-        page.close()
-    finally:
-        line.close()
 
 
 def test_wire_and_page_name_the_same_compression(modules: Page) -> None:

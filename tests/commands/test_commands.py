@@ -14,9 +14,8 @@ from PIL import Image
 import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.believed.verdicts import PAGE
-from radar_service.commands.command_line import parser
 from radar_service.commands.shared_options import SimulatorOptions
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.plan.budget import ErrorBudget
 from radar_service.recording import read
 from radar_service.study import stability
@@ -250,12 +249,6 @@ def test_wrong_input_is_one_sentence(
         status = int(ended.code or 0)
     assert status == 2
     assert re.search(words, capsys.readouterr().err)
-
-
-def test_plots_have_defaults() -> None:
-    options = parser().parse_args(["plots"])
-    assert (options.scene, options.scans, options.threshold, options.pfa) == ("harbour", 10, None, None)
-    assert (options.nearest_m, options.out, options.png) == (0.0, None, None)
 
 
 # record: the command `record`.

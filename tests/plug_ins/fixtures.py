@@ -11,6 +11,14 @@ from site import getsitepackages
 import pytest
 
 PACKAGES, ROOT = Path(__file__).parent / "packages", Path(__file__).parents[2]
+BUILD = """
+import os, sys
+from setuptools import build_meta
+wheels, *sources = sys.argv[1:]
+for source in sources:
+    os.chdir(source)
+    build_meta.build_wheel(wheels)
+"""  # as pip has them built, but all in one process
 
 
 def tree() -> dict[Path, int]:
@@ -32,10 +40,9 @@ def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     outer = "".join(f"site.addsitedir({path!r}); " for path in getsitepackages())
     (site / "outer.pth").write_text(f"import site; {outer}\n")  # this project and what it needs, as they are installed here
     copies: Path = shutil.copytree(PACKAGES, folder / "sources", ignore=shutil.ignore_patterns("__pycache__"))
-    pip = [sys.executable, "-m", "pip", "--python", python, "install", "-q"]
-    offline = ["--no-deps", "--no-index", "--no-build-isolation"]
-    subprocess.run(
-        [*pip, *offline, *(file.parent for file in copies.glob("*/pyproject.toml"))], check=True, capture_output=True
-    )
+    sources = [file.parent for file in copies.glob("*/pyproject.toml")]
+    subprocess.run([sys.executable, "-c", BUILD, folder / "wheels", *sources], check=True, capture_output=True)
+    pip = [sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", "--no-index"]
+    subprocess.run([*pip, *(folder / "wheels").glob("*.whl")], check=True, capture_output=True)
     yield python
     assert tree() == before

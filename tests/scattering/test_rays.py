@@ -106,10 +106,10 @@ def compact_target() -> rs.Scene:
 
 
 def test_uniform_rays_starve_a_compact_target_as_the_binomial_law_says() -> None:
-    """p = (w/R)(h/R) over 2 pi x 3 beamwidths; of 400 turns a share (1 - p)^M meets nothing: exact binomial test. What is
+    """p = (w/R)(h/R) over 2 pi x 3 beamwidths; of 200 turns a share (1 - p)^M meets nothing: exact binomial test. What is
     met carries more for it: the mean stays the area, with the spread of Poisson counts, 5 sigma. Scatterers see it."""
     made = compact_target()
-    turns = [caster(made, "rays", seed).hits(made.antenna(0.0)[0], 0.0, 1e5) for seed in range(400)]
+    turns = [caster(made, "rays", seed).hits(made.antenna(0.0)[0], 0.0, 1e5) for seed in range(200)]
     thrown, chance = 256 * 30, (20 / 2000) ** 2 / (2 * np.pi * np.deg2rad(12))
     missed = sum(len(hits) == 0 for hits in turns)
     expected = (1 - chance) ** thrown

@@ -61,13 +61,6 @@ def test_no_name_is_an_error_with_a_remedy(source: str) -> None:
     )
 
 
-def test_an_empty_mapping_is_an_error_with_a_remedy() -> None:
-    (message,) = problems({})
-    assert message.startswith(
-        "scene: it is empty; give it a name, a radar or a body, or load one of aids, coast, far-target, harbour, "
-    )
-
-
 @pytest.mark.parametrize("source", [None, 5, [1], b"scene", {"a"}])
 def test_other_types_are_no_scene(source: Any) -> None:
     assert "is not a scene; give the path" in problems(source)[0]

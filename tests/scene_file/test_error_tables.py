@@ -85,14 +85,8 @@ def test_biases_have_signs_and_directions_of_their_own() -> None:
 
 
 SHORE: dict[str, Any] = {"id": "shore", "platform": {"position_m": [90, 0]}}
-FERRY: dict[str, Any] = {
-    "name": "ferry",
-    "shape": "box",
-    "length_m": 9,
-    "width_m": 9,
-    "height_m": 9,
-    "position_m": [0, 900, 0],
-}
+FERRY: dict[str, Any] = {"name": "ferry", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9,
+                         "position_m": [0, 900, 0]}  # fmt: skip
 
 
 def of_each(**sections: Any) -> dict[str, ErrorSettings | None]:

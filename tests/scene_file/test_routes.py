@@ -21,12 +21,6 @@ def waypoints(*stops: tuple[float, float, float]) -> list[WaypointModel]:
     return [WaypointModel(position_m=(east, north), speed_kn=speed) for east, north, speed in stops]
 
 
-def test_constant_course_runs_clockwise_from_north() -> None:
-    pose = constant_motion(START, None, 90.0, 12 * KNOT).pose(10.0)
-    np.testing.assert_allclose(pose.position, [[100.0 + 120 * KNOT, -50.0, 2.0]], atol=TINY)
-    assert pose.heading[0] == pytest.approx(math.pi / 2) and pose.course[0] == pytest.approx(math.pi / 2)
-
-
 @pytest.mark.parametrize(
     "heading, course, expected", [(30.0, None, (30, 30)), (None, 40.0, (40, 40)), (30.0, 40.0, (30, 40))]
 )

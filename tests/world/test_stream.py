@@ -25,15 +25,10 @@ RADAR = {"azimuths": 8, "range_max_m": 900, "coarse_azimuths": True}
 ROUTE = [{"position_m": p, "speed_kn": s} for p, s in (([0, 500], 8), ([600, 500], 5), ([600, -300], 12))]
 TURNS = [{"time_s": 20, "course_deg": 90, "turn_rate_deg_s": 3}, {"time_s": 70, "speed_kn": 4},
          {"time_s": 80, "turn_rate_deg_s": -2}, {"time_s": 130, "speed_kn": 14}]  # fmt: skip
-MOVING: dict[str, dict[str, Any]] = {
-    "straight": SPEEDS,
-    "drift": {**SPEEDS, "drift_deg": -7.0},
-    "circle": {**SPEEDS, "turn_rate_deg_s": 2.0},
-    "waypoints": {"waypoints": ROUTE},
-    "rounded": {"waypoints": ROUTE, "turn_radius_m": 90, "loop": True, "drift_deg": 4.0},
-    "manoeuvres": {**SPEEDS, "manoeuvre": TURNS},
-    "track": {"track": "t.csv"},
-}
+MOVING: dict[str, dict[str, Any]] = {"straight": SPEEDS, "drift": {**SPEEDS, "drift_deg": -7.0},
+                                     "circle": {**SPEEDS, "turn_rate_deg_s": 2.0}, "waypoints": {"waypoints": ROUTE},
+                                     "rounded": {"waypoints": ROUTE, "turn_radius_m": 90, "loop": True, "drift_deg": 4.0},
+                                     "manoeuvres": {**SPEEDS, "manoeuvre": TURNS}, "track": {"track": "t.csv"}}  # fmt: skip
 TRACK = "time_s,east_m,north_m\n0,0,0\n60,200,100\n150,100,500\n300,900,500\n"
 
 

@@ -5,11 +5,17 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
-from radar_service.scene_file.readers.file_format import Faces, FileBody, Format, check_face_count, check_range, refusals
+from radar_service.scene_file.readers.file_format import (
+    Faces,
+    FileBody,
+    Format,
+    LoadedBody,
+    check_face_count,
+    check_range,
+    refusals,
+)
 from radar_service.scene_file.readers.formats import examples, format_of
 from radar_service.world import Mesh, SceneError, row_marks
 
@@ -50,6 +56,9 @@ def flat_copies(points: Floats, faces: Faces, edges: Edges) -> Indices:
     """
     if len(faces) > MAX_SEARCHED or not _may_overlap(points, faces, edges):
         return np.zeros(0, dtype=np.int64)
+    from scipy.sparse import coo_array  # here: few meshes have doubled layers, and it would slow every start
+    from scipy.sparse.csgraph import connected_components
+
     line, side = _lines_at_edges(points, faces, edges)
     order = np.lexsort((side, line))
     across = (np.diff(line[order]) == 0) & (np.diff(side[order].astype(np.int8)) != 0)
@@ -123,22 +132,6 @@ def _is_flat(points: Floats, faces: Faces, piece: Faces, count: int) -> Flags:
     result = np.zeros(count)
     np.maximum.at(result, piece, np.abs(off).max(axis=1))
     return result <= FLAT
-
-
-class LoadedBody(NamedTuple):
-    """What a file gives for a body.
-
-    mesh: usable, in its own frame.
-    findings: its defects in words without a subject, for warnings.
-    position: (3,) [m] of the frame's origin: on the map for a height map, from the place of the mesh in the scene for one of
-        several bodies; None: at that place.
-    name: of one of several bodies, where the file tells it.
-    """
-
-    mesh: Mesh
-    findings: tuple[str, ...]
-    position: Floats | None = None
-    name: str = ""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ import contextlib
 import math
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from time import monotonic
 from typing import Any
@@ -22,8 +22,7 @@ from radar_service.processes.limits import (
     return_free_memory,
 )
 from radar_service.records import PowersOf, ShipStates, SourceRequest, SpokeBlock, Truth
-from radar_service.service.radio.plan_child import MeasuredPlan
-from radar_service.service.radio.spare import RUN, NewSpare
+from radar_service.service.radio.spare import RUN, MeasuredPlan, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest, SceneSpokeSource
 from radar_service.spoke_source import (
     BusyFault,
@@ -131,7 +130,7 @@ class SceneProcess(Commanded, TellsSources, TellsShips):
         self._commands = tuple(commands)
 
     def _tell(self, method: str, *arguments: object) -> None:
-        """Has the simulator called."""
+        """Calls a method of the simulator."""
         with self._telling:
             if not self._started:
                 self._waiting.append((method, arguments))
@@ -447,3 +446,9 @@ def prepared(
     except SpokeSourceFault:
         worker.stop()
         raise
+
+
+def end(workers: Mapping[str, SpokeWorker]) -> None:
+    """Ends prepared spoke sources that nobody needs."""
+    for worker in workers.values():
+        worker.stop()

@@ -8,8 +8,14 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics import SPEED_OF_LIGHT, Flags, Floats, effective_earth_radius, polar_from_map, turned, wrap_angle
-from radar_service.propagation import LandBefore, diffraction_height, elevation_gain, local_attenuation, radar_two_rays
-from radar_service.propagation.radar_equation import attenuation
+from radar_service.propagation import (
+    LandBefore,
+    attenuation,
+    diffraction_height,
+    elevation_gain,
+    local_attenuation,
+    radar_two_rays,
+)
 from radar_service.stages.beacons.beacon import Beacon
 from radar_service.stages.points import in_sight
 from radar_service.stages.registry import changed_pattern

@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 import scipy.fft
 
-from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices, generator, spans, wrap_angle
+from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices, generator, wrap_angle
 from radar_service.radar import PATTERNS, Radar
 from radar_service.receive import receiver_noise_power, waveform_spectra
 from radar_service.records import Fidelity, PlanItem
@@ -71,7 +71,8 @@ class Interference:
         window = 2.0 * radar.bins * radar.range_step / SPEED_OF_LIGHT
         begin = np.ceil((transmitted - self._half_length - self._first) * other.prf).astype(np.int64)
         end = np.floor((transmitted + window + self._half_length - self._first) * other.prf).astype(np.int64)
-        row, pulse = spans(begin, end + 1)
+        row = np.repeat(np.arange(len(time)), end - begin + 1)
+        pulse = np.concatenate([np.arange(a, b + 1) for a, b in zip(begin, end, strict=True)])
         arrived = self._first + pulse / other.prf
         bearing = self._bearing(time)[row]
         other_boresight = self._start + 2.0 * np.pi * arrived / other.rotation_period

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.batch.jobs import Executor, Job, Progress, run
-from radar_service.numerics import Floats
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import Floats, arithmetic
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure, summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
@@ -23,8 +22,8 @@ from radar_service.study.chart.reference_surface import ReferenceSurface, Window
 from radar_service.study.chart.scattering_panel import scattering_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.plotting import png_bytes, svg_text
+from radar_service.terminal import progress as shown
 from radar_service.terminal import write_file
-from radar_service.terminal.progress import progress as shown
 from radar_service.world import Scene, SceneError
 
 PanelResult = tuple[list[Point], dict[str, Any]]  # its points, and facts for chart.json

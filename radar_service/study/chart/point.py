@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics import Floats
-from radar_service.terminal.progress import progress
+from radar_service.terminal import progress
 
 MIN_REPEATS = 2  # a spread needs two
 MAX_MISSED = 0.05  # share of targets that a sampler on the Pareto front may miss

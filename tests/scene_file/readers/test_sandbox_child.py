@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from radar_service.scene_file.readers.mesh import LoadedBody, MeshFile
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, BodyFile
+from radar_service.scene_file.readers.file_format import IN_PROCESS, BodyFile, LoadedBody
+from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.sandbox_child import answer
 from tests.scene_file.readers.mesh_files import exported
 
@@ -17,8 +17,6 @@ FILE = MeshFile(exported("stl"), "a.stl", "here")
 REACH_OUT = """
 import json, os, socket, sys
 from radar_service.processes import limits
-from radar_service.scene_file.readers import sandbox_child as child
-child.warm_up()
 kept = os.dup(1)
 limits.limit_memory(2**30)
 limits.forbid_access()

@@ -203,21 +203,6 @@ async def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool)
     assert (last.name, 60 / last.radar.rotation_period) == ("other", pytest.approx(48 if swap_first else 24))
 
 
-async def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() -> None:
-    """At a standstill of time, so that no end of a scan comes; no client is sent away."""
-    turns, sink = threading.Semaphore(0), RecordingSink()
-    running = FakeEngine(scene(), dies_at=20, turns=turns)
-    station = Station("0", running, factory(), settings=FAST, sinks=[sink])
-    await station.start()
-    turns.release()
-    await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
-    await station.change({"rpm": 48.0})
-    turns.release(100)
-    await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
-    await station.stop()
-    assert sink.epochs[1].scene_request.rpm == 48 and "close" not in sink.names()
-
-
 async def test_a_change_that_fails_lets_the_radar_go_on() -> None:
     def refuse(order: SceneRequest, progress: Progress) -> FakeEngine:
         raise SceneError("rpm: no")

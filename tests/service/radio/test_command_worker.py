@@ -37,6 +37,7 @@ from radar_service.simulator import Simulator
 from radar_service.spoke_source import SpokeSource
 from radar_service.world.commands import Command, CommandError, CommandLog, NotSteerableError
 from radar_service.world.scene import Scene
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory
 from tests.service.radio.recording import SOON, RecordingSink
 
@@ -81,10 +82,7 @@ class Radars:
         total = self.sinks[radar].spokes + spokes
         self.transmitters[radar].pacer.step(spokes)
         self.sinks[radar].wait_for(lambda: self.sinks[radar].spokes >= total)
-        deadline = time.monotonic() + SOON
-        while not all(each.pacer.idle or each.state.fault for each in self.transmitters.values()):
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
+        until(lambda: all(each.pacer.idle or each.state.fault for each in self.transmitters.values()))
 
     def run(self) -> None:
         """Lets all run as fast as they can."""

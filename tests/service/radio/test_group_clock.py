@@ -4,7 +4,7 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -15,6 +15,7 @@ from radar_service.service.radio.pacer import MAX_LEAD, GroupClock, Pacer
 from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.settings import Pace, Settings
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.service.radio.recording import SOON, RecordingSink
 
@@ -56,13 +57,6 @@ def world(pace: Pace = PAUSED, slow: Any = None, fast: Any = None, **options: An
     finally:
         for radar in radars:
             radar.transmitter.stop(SOON)
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + SOON
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def settled(*radars: Radar) -> None:

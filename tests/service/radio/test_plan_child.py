@@ -8,7 +8,7 @@ import pytest
 
 from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.processes.fork_server import ForkServer
-from radar_service.service.radio.plan_child import PlanChild
+from radar_service.service.radio.spare import PlanChild
 from tests.processes.test_fork_server import is_gone, until
 from tests.service.radio.recording import SOON
 

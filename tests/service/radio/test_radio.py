@@ -146,22 +146,6 @@ def told(child: Child, number: float) -> tuple[bool, float]:
     return answer
 
 
-def test_a_spare_has_the_memory_of_the_moment_and_channels_of_its_own(child: Child) -> None:
-    first = spare_of(child)
-    assert told(child, 1) == (False, 6)
-    child.close()
-    until(lambda: is_gone(child.process))
-    first.control.send(RUN)
-    second = spare_of(first)
-    assert told(first, 10) == (True, 15)
-    second.control.send(RUN)
-    third = spare_of(second)
-    assert told(second, 100) == (True, 105)
-    for one in (first, second, third):
-        one.close()
-    until(lambda: all(is_gone(one.process) for one in (first, second, third)))
-
-
 def test_a_spare_ends_with_its_channel_or_when_it_is_told_anything_else(child: Child) -> None:
     first = spare_of(child)
     first.control.send("something else")
@@ -169,15 +153,6 @@ def test_a_spare_ends_with_its_channel_or_when_it_is_told_anything_else(child: C
         first.control.receive(SOON)
     assert told(child, 1) == (False, 6)
     first.close()
-
-
-def test_the_service_sees_the_end_of_a_process_that_has_a_spare(child: Child) -> None:
-    """The spare holds no ends of the process that forked it."""
-    spare = spare_of(child)
-    child.data.send("no number")  # which ends it by an error
-    with pytest.raises(EOFError):
-        child.data.receive(SOON)
-    spare.close()
 
 
 def test_a_spare_that_has_died_is_replaced(child: Child) -> None:

@@ -19,6 +19,7 @@ from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.world.scene import Scene
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON, RecordingSink
 
@@ -51,8 +52,7 @@ def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() ->
     options: dict[str, Any] = {"engine": FakeEngine(scene(), dies_at=10), "make_spoke_source": factory(dies_at=0)}
     with transmitting(FLAT_OUT, restarts=2, on_failure=failures.append, **options) as (transmitter, sink):
         sink.wait_for(lambda: sink.calls[-1] == ("close", "RuntimeError: the wheel came off"))
-        while not failures:
-            time.sleep(0.001)
+        until(lambda: bool(failures))
         assert transmitter.state.fault == "RuntimeError: the wheel came off" and transmitter.state.restarts == 2
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")
@@ -117,14 +117,6 @@ def test_a_stopped_or_failed_radar_refuses_commands() -> None:
         assert transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON).spoke > 0
     with pytest.raises(NoRadarError, match="stopping"):
         transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Waits for it. Raises AssertionError after SOON."""
-    deadline = time.monotonic() + SOON
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def going_on(transmitter: Transmitter, of: Scene, scans_later: int = 0) -> SpokeWorker:

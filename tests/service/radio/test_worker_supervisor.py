@@ -1,6 +1,5 @@
 """Which engine runs: restarts within their limit, and another engine that takes over."""
 
-import time
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +9,7 @@ from radar_service.processes.call import Progress
 from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import SceneRequest
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON
 
@@ -60,10 +60,7 @@ def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
     names = [engines.switch_to(worker) for worker in (replaced, last)]
     assert engines.pending and engines.pending_spoke_source.info.scene.name == "last" and names[0] != names[1]
     assert engines.take_over() == names[1] and last is engines.worker and not engines.pending
-    deadline = time.monotonic() + SOON
-    while replaced.is_alive:
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
+    until(lambda: not replaced.is_alive)
     engines.stop(SOON)
     assert not last.is_alive
 

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.numerics.arithmetic import arithmetic, dispatched, numpy_level
+from radar_service.numerics.arithmetic_name import arithmetic, dispatched, numpy_level
 from radar_service.numerics.parallel import BLAS_LIMIT
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
@@ -112,7 +112,7 @@ SCAN = """
 import sys
 import numpy as np
 import radar_service as rs
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from tests.scenes import everything
 print(arithmetic())
 np.save(sys.argv[1], rs.Simulator(everything(), "fast").scan().field)
