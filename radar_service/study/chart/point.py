@@ -103,10 +103,8 @@ def drawn_points(
 def mean_and_spread(powers: Floats, truth: Floats) -> tuple[float | None, float | None, float]:
     """Returns the error of the mean [dB], the spread of one draw [dB] and the share of draws that miss their target.
 
-    powers: of each draw and target (S, T) [W]; truth: (T,) [W], or (S, T) where each draw has its own. Error and spread are
-    root mean squares over the targets. The spread of a target is one standard deviation of the error over the mean. Targets
-    that no draw meets have no error and no spread; if no target is met, both are None.
-    """
+    powers: of each draw and target (S, T) [W]; truth: (T,) or (S, T) [W]. Error and spread are root mean squares over the targets
+    that a draw meets, None where there is none; the spread of a target is a standard deviation of the error over the mean."""
     mean, expected = powers.mean(axis=0), np.broadcast_to(truth, powers.shape)
     met = mean > 0.0
     missed = float(np.mean(powers == 0.0))
