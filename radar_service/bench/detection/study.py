@@ -1,7 +1,7 @@
 """Detection by range, measured on simulated scans and compared with the radar equation.
 
-Every target of a scenario stands at many ranges at once, each on a spoke and in the middle of a range cell, so that no power is
-lost between spokes or cells. A scan detects a target where its cell exceeds the threshold on any spoke of the half-power beam.
+Every target stands at many ranges at once, on a spoke and in the middle of a range cell, so that no power is lost between them. A
+scan detects a target where its cell exceeds the threshold on any spoke of the half-power beam.
 """
 
 from dataclasses import dataclass
