@@ -10,6 +10,7 @@ import math
 import os
 import signal
 import sys
+from collections import deque
 from collections.abc import Iterator
 from typing import Any
 
@@ -19,7 +20,7 @@ from radar_service.display.film import write_gif
 from radar_service.display.picture import Drawing, Page, render_image, render_png
 from radar_service.display.units import range_text
 from radar_service.scans.file import write_arrays
-from radar_service.terminal.output_files import write_file
+from radar_service.terminal import write_file
 
 from . import live
 from .client import FeedClient
@@ -63,10 +64,10 @@ def _client(chosen: argparse.Namespace, **more: Any) -> FeedClient:
 
 def _show_live(chosen: argparse.Namespace) -> str:
     """Shows the radar until the user ends it; returns the counts of spokes as a sentence."""
-    status = live.Status()
-    client = _client(chosen, bins=chosen.bins or live.BINS, notice=status)
+    notices = deque(["no break so far"], maxlen=1)
+    client = _client(chosen, bins=chosen.bins or live.BINS, notice=notices.append)
     ppi = TerminalPpi(chosen.dynamic_range_db, chosen.range, chosen.head_up, chosen.palette, chosen.unit)
-    asyncio.run(live.show(client, ppi, status))
+    asyncio.run(live.show(client, ppi, notices))
     return _counts(client)
 
 

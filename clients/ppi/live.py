@@ -7,7 +7,7 @@ import shutil
 import signal
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 
 from .client import FeedClient
 from .errors import FeedError
@@ -28,23 +28,16 @@ ENTER, LEAVE = (
 CAPTIONS = 2  # lines
 
 
-class Status:
-    """The newest notice about the connection."""
+async def show(client: FeedClient, ppi: TerminalPpi, notices: Sequence[str]) -> None:
+    """Receives and draws until the user ends it. notices: about the connection, the newest last.
 
-    def __init__(self) -> None:
-        self.text = "no break so far"
-
-    def __call__(self, text: str) -> None:
-        self.text = text
-
-
-async def show(client: FeedClient, ppi: TerminalPpi, status: Status) -> None:
-    """Receives and draws until the user ends it. Raises FeedError when the feed ends, and OSError without a terminal."""
+    Raises FeedError when the feed ends, and OSError without a terminal.
+    """
     if not sys.stdout.isatty():
         raise OSError("--live needs a terminal, but the output is not one; remove the redirection, or use --out FILE")
     stop = asyncio.Event()
     with _alternate_screen(), _stop_keys(stop.set):
-        tasks = [asyncio.create_task(work) for work in (_receive(client, ppi), _paint(client, ppi, status), _wait(stop))]
+        tasks = [asyncio.create_task(work) for work in (_receive(client, ppi), _paint(client, ppi, notices), stop.wait())]
         try:
             await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
         finally:
@@ -57,10 +50,6 @@ async def show(client: FeedClient, ppi: TerminalPpi, status: Status) -> None:
             raise result
 
 
-async def _wait(stop: asyncio.Event) -> None:
-    await stop.wait()
-
-
 async def _receive(client: FeedClient, ppi: TerminalPpi) -> None:
     async for message in client.messages():
         try:
@@ -69,14 +58,14 @@ async def _receive(client: FeedClient, ppi: TerminalPpi) -> None:
             raise FeedError(f"the radar sent a {message['type']} message that cannot be used: {fault!r}") from fault
 
 
-async def _paint(client: FeedClient, ppi: TerminalPpi, status: Status) -> None:
+async def _paint(client: FeedClient, ppi: TerminalPpi, notices: Sequence[str]) -> None:
     size = (0, 0)
     while True:
         began = time.monotonic()
         terminal = shutil.get_terminal_size()
         clear = "" if (terminal.columns, terminal.lines) == size else "\x1b[2J"
         size = (terminal.columns, terminal.lines)
-        sys.stdout.write(clear + screen(ppi, status_line(client, status.text), *size))
+        sys.stdout.write(clear + screen(ppi, status_line(client, notices[-1]), *size))
         sys.stdout.flush()
         await asyncio.sleep(max(INTERVAL, (time.monotonic() - began) / MAX_DRAWING_SHARE))
 

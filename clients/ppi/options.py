@@ -2,8 +2,8 @@
 
 import argparse
 import math
+from functools import partial
 from pathlib import Path
-from typing import Any
 
 from radar_service import wire
 from radar_service.display.film import MAX_FPS
@@ -11,13 +11,14 @@ from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.display.units import add_unit
 from radar_service.scans.file import SUFFIX
-from radar_service.terminal.output_files import add_overwrite, prepare
+from radar_service.terminal import add_overwrite, add_whole_number, file_ending, number_between, prepare
 
 from .client import TIMEOUT
 
 PROGRAM = "radar-ppi"
 PICTURE, FILM = ".png", ".gif"
 PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution in the film size is about 3 MB of GIF
+POSITIVE = partial(number_between, lower=0.0, upper=math.inf, allowed="a number above 0")
 
 
 def options(arguments: list[str] | None) -> argparse.Namespace:
@@ -40,9 +41,8 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(
-        prog=PROGRAM, description="Receive a radar: write a picture, a film or its data, or show it live."
-    )
+    about = "Receive a radar: write a picture, a film or its data, or show it live."
+    p = argparse.ArgumentParser(prog=PROGRAM, description=about)
     p.add_argument("url", help="feed, for example ws://127.0.0.1:8000/api/radars/0/feed; ws://HOST:PORT means radar 0")
     _add_output(p)
     _add_picture(p)
@@ -51,23 +51,20 @@ def parser() -> argparse.ArgumentParser:
 
 
 def _add_output(p: argparse.ArgumentParser) -> None:
-    p.add_argument("--scans", type=_whole(1, 100_000), metavar="N", help="revolutions to receive (default 1)")
-    p.add_argument(
-        "--out", type=_picture, metavar="FILE",
-        help="x.png: a picture of the last of them; x.gif: a film of all of them",
-    )  # fmt: skip
-    p.add_argument("--npz", type=_npz, metavar="FILE", help="x.npz: all of them as numpy arrays")
+    add_whole_number(p, "--scans", None, 1, 100_000, metavar="N", help="revolutions to receive (default 1)")
+    shown = "x.png: a picture of the last of them; x.gif: a film of all of them"
+    p.add_argument("--out", type=_picture, metavar="FILE", help=shown)
+    arrays = partial(file_ending, suffix=SUFFIX)
+    p.add_argument("--npz", type=arrays, metavar="FILE", help="x.npz: all of them as numpy arrays")
     add_overwrite(p)
     p.add_argument("--live", action="store_true", help="show the radar in this terminal; q ends it")
 
 
 def _add_picture(p: argparse.ArgumentParser) -> None:
-    p.add_argument(
-        "--size", type=_whole(MIN_SIZE, MAX_SIZE), metavar="PIXELS",
-        help=f"width of the picture (default {PICTURE_SIZE}; of a film {FILM_SIZE})",
-    )  # fmt: skip
-    p.add_argument("--fps", type=_whole(1, MAX_FPS), default=10, help="pictures per second of a film (default 10)")
-    p.add_argument("--range", type=_positive, metavar="M", help="radius of the picture (default: the whole range)")
+    width = f"width of the picture (default {PICTURE_SIZE}; of a film {FILM_SIZE})"
+    add_whole_number(p, "--size", None, MIN_SIZE, MAX_SIZE, metavar="PIXELS", help=width)
+    add_whole_number(p, "--fps", 10, 1, MAX_FPS, help="pictures per second of a film (default 10)")
+    p.add_argument("--range", type=POSITIVE, metavar="M", help="radius of the picture (default: the whole range)")
     add_unit(p, "the picture")
     p.add_argument("--head-up", action="store_true", help="put the bow at the top (default: north)")
     p.add_argument(
@@ -76,7 +73,7 @@ def _add_picture(p: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     p.add_argument(
         "--dynamic-range-db",
-        type=_positive,
+        type=POSITIVE,
         default=60.0,
         metavar="DB",
         help="of a picture that is not u8 (default 60)",
@@ -90,7 +87,7 @@ def _add_feed(p: argparse.ArgumentParser) -> None:
         default="u8",
         help="u8 is the display's video; controls do not change the others",
     )
-    p.add_argument("--bins", type=_whole(1, 65_536), help="range bins per spoke (default: every cell)")
+    add_whole_number(p, "--bins", None, 1, 65_536, help="range bins per spoke (default: every cell)")
     p.add_argument(
         "--labels", action="store_true", help="receive the number of the strongest source of each bin too, for --npz"
     )
@@ -99,7 +96,7 @@ def _add_feed(p: argparse.ArgumentParser) -> None:
     )
     p.add_argument(
         "--timeout",
-        type=_positive,
+        type=POSITIVE,
         default=TIMEOUT,
         metavar="S",
         help=f"end after this silence (default {TIMEOUT:g})",
@@ -115,25 +112,6 @@ def _add_feed(p: argparse.ArgumentParser) -> None:
     )
 
 
-def _whole(low: int, high: int) -> Any:
-    def number(text: str) -> int:
-        if not (text.isdecimal() and low <= int(text) <= high):
-            raise argparse.ArgumentTypeError(f"{text}: not a whole number from {low} to {high}")
-        return int(text)
-
-    return number
-
-
-def _positive(text: str) -> float:
-    try:
-        number = float(text)
-    except ValueError:
-        number = math.nan
-    if not 0 < number < math.inf:
-        raise argparse.ArgumentTypeError(f"{text}: not a number above 0")
-    return number
-
-
 def _first_line(text: str) -> str:
     try:
         return (Path(text).read_text().splitlines() or [""])[0].strip()
@@ -144,14 +122,6 @@ def _first_line(text: str) -> str:
 def _picture(text: str) -> Path:
     path = Path(text)
     if path.suffix.lower() not in (PICTURE, FILM):
-        raise argparse.ArgumentTypeError(
-            f"{text}: a picture is .png, a film .gif (arrays are written by --npz); give one of these endings"
-        )
-    return path
-
-
-def _npz(text: str) -> Path:
-    path = Path(text)
-    if path.suffix.lower() != SUFFIX:
-        raise argparse.ArgumentTypeError(f"{text}: numpy arrays are written to {SUFFIX}; give it that ending")
+        allowed = "a picture is .png, a film .gif (arrays are written by --npz); give one of these endings"
+        raise argparse.ArgumentTypeError(f"{text}: {allowed}")
     return path

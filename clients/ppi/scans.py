@@ -178,62 +178,38 @@ def power_from_samples(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArr
 
     Raises ValueError for u8: it is brightness, which depends on the gain and clutter controls.
     """
-    return _POWERS[encoding["name"]](samples, encoding)
-
-
-def _from_video(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
-    raise ValueError("encoding u8 is brightness, not power; request u8-log, f16, f32 or c64")
-
-
-def _from_log(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
-    level_db = encoding["offset_db"] + encoding["db_per_step"] * np.arange(256)
-    power = 10.0 ** (level_db / 10.0)
-    power[0] = 0.0
-    watts: NDArray[np.float32] = power.astype(np.float32)[samples]
+    watts: NDArray[np.float32]
+    match encoding["name"]:
+        case "u8-log":
+            level_db = encoding["offset_db"] + encoding["db_per_step"] * np.arange(256)
+            level_db[0] = -np.inf
+            watts = (10.0 ** (level_db / 10.0)).astype(np.float32)[samples]
+        case "f16":
+            watts = np.power(np.float32(10.0), samples.astype(np.float32) / np.float32(10.0))
+        case "f32":
+            watts = samples.copy()
+        case "c64":
+            watts = np.square(samples.real) + np.square(samples.imag)
+        case _:
+            raise ValueError("encoding u8 is brightness, not power; request u8-log, f16, f32 or c64")
     return watts
 
 
-def _from_db(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
-    power: NDArray[np.float32] = np.power(np.float32(10.0), samples.astype(np.float32) / np.float32(10.0))
-    return power
-
-
-def _from_field(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArray[np.float32]:
-    power: NDArray[np.float32] = np.square(samples.real) + np.square(samples.imag)
-    return power
-
-
-_POWERS: dict[str, Callable[[NDArray[Any], dict[str, Any]], NDArray[np.float32]]] = {
-    "u8": _from_video,
-    "u8-log": _from_log,
-    "f16": _from_db,
-    "f32": lambda samples, encoding: samples.copy(),
-    "c64": _from_field,
-}
-
-
-def power(ppi: Ppi, encoding: dict[str, Any]) -> NDArray[np.float32]:
-    """Returns the power [W] (A, N) of a picture, 0 without a spoke. Raises ValueError for u8."""
-    watts = power_from_samples(ppi.polar, encoding)
-    watts[~ppi.filled] = 0.0  # an empty row of f16 would mean 0 dBW
-    return watts
-
-
-def brightness(scan: ReceivedScan, dynamic_range_db: float = 60.0, reference: float | None = None) -> NDArray[np.uint8]:
+def brightness(scan: ReceivedScan, dynamic_range_db: float = 60.0) -> NDArray[np.uint8]:
     """Returns the brightness (A, N) of a scan, 0 to 255; see `bright_cells`."""
-    return bright_cells(scan.ppi, scan.hello["encoding"], dynamic_range_db, reference)
+    return bright_cells(scan.ppi, scan.hello["encoding"], dynamic_range_db)
 
 
-def bright_cells(
-    ppi: Ppi, encoding: dict[str, Any], dynamic_range_db: float = 60.0, reference: float | None = None
-) -> NDArray[np.uint8]:
-    """Returns brightness (A, N), 0 to 255: u8 unchanged, else linear in decibels.
+def bright_cells(ppi: Ppi, encoding: dict[str, Any], dynamic_range_db: float = 60.0) -> NDArray[np.uint8]:
+    """Returns brightness (A, N), 0 to 255: u8 unchanged, else linear in decibels, 255 for the strongest cell.
 
-    reference: power [W] of brightness 255, by default the strongest cell. dynamic_range_db: from brightness 255 down to 0.
+    dynamic_range_db: from brightness 255 down to 0.
     """
     if encoding["name"] == "u8":
         return ppi.polar
-    return picture_from_power(power(ppi, encoding), dynamic_range_db, reference)
+    power = power_from_samples(ppi.polar, encoding)
+    power[~ppi.filled] = 0.0  # an empty row of f16 would mean 0 dBW
+    return picture_from_power(power, dynamic_range_db)
 
 
 def arrays(scans: Sequence[ReceivedScan]) -> dict[str, Any]:

@@ -39,7 +39,6 @@ export class Feed {
     const since = epoch !== null && next !== null && !this.sequence.skips ? `${epoch}:${next}` : "";
     this.joining = true;
     this.reason = "";
-    this.lastMessage = performance.now();
     this.handlers.state("connecting", "");
     const attempt = (this.attempt = {}); // only the newest attempt may connect
     Promise.resolve(this.address(since)).then(
@@ -78,7 +77,6 @@ export class Feed {
 
   receive(data) {
     if (this.ended) return; // a closing socket still delivers messages
-    this.lastMessage = performance.now();
     const { socket } = this;
     const fail = (fault) => {
       console.error(fault);

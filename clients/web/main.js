@@ -7,7 +7,7 @@ import { Preferences } from "./preferences.js";
 import { Controls } from "./controls.js";
 import { COMPRESSION, Feed } from "./feed.js";
 import { bindKeys } from "./keys.js";
-import { FrameMeter, Meter } from "./meter.js";
+import { Meter } from "./meter.js";
 import { PANELS, Panels } from "./panels.js";
 import { Playout } from "./playout.js";
 import { bindPointer } from "./pointer.js";
@@ -35,7 +35,6 @@ const scope = new Scope(settings, addressValue("renderer"));
 const preferences = new Preferences(scope, settingChanged);
 const controls = new Controls(() => settings.unit, controlsChanged);
 const playout = new Playout(show, () => controls.factor);
-const frames = new FrameMeter();
 const page = { settings, scope, radar: null, origin: null, givesTruth: false, fidelity: "" }; // see panels.js
 const panels = new Panels([controls, ...PANELS.map((panel) => panel(page))], element("feed"));
 const changes = new Changes(follow);
@@ -172,7 +171,6 @@ function state(name, detail) {
 
 function frame(time) {
   requestAnimationFrame(frame);
-  const began = now();
   playout.release(time / 1000);
   scope.draw(time);
   status.showUnnamed(scope.layout.unnamed);
@@ -182,7 +180,6 @@ function frame(time) {
     showPositions();
     latest = null;
   }
-  frames.frame(began, now());
 }
 
 function showPositions() {
@@ -225,7 +222,7 @@ const behindReason = (lag) => (lag >= BEHIND_S ? `Behind by ${Math.round(lag)} s
 function showStatus() {
   const reason = stopReason();
   status.showBanner(reason || behindReason(meter.certainLag) || slowReason(), !reason, connection[0] === "waiting");
-  if (feed) status.showFeed(feed.sequence, meter.rate(now()), meter.lag, frames.rates(now()));
+  if (feed) status.showFeed(feed.sequence, meter.rate(now()), meter.lag);
 }
 
 /** Asks the service for its simulated time, which tells how far the picture is behind. */

@@ -1,4 +1,4 @@
-// Measures the rate of spokes, their delay, and the rate of frames.
+// Measures the rate of spokes and their delay.
 
 const WINDOW_S = 2;
 
@@ -43,26 +43,5 @@ export class Meter {
   rate(now) {
     while (this.batches.length && this.batches[0][0] < now - WINDOW_S) this.batches.shift();
     return this.batches.reduce((sum, [, count]) => sum + count, 0) / WINDOW_S;
-  }
-}
-
-/** Measures how many frames a second are drawn, and the work on each. */
-export class FrameMeter {
-  constructor() {
-    this.frames = [];
-  }
-
-  /** Counts a frame from `start` to `end` [s]. */
-  frame(start, end) {
-    this.frames.push([start, end - start]);
-    while (this.frames[0][0] < start - WINDOW_S) this.frames.shift();
-  }
-
-  /** {rate [frames/s], work [s/frame]} over the two seconds before `now` [s]; null with fewer than two frames. */
-  rates(now) {
-    const recent = this.frames.filter(([start]) => start > now - WINDOW_S);
-    if (recent.length < 2) return null;
-    const span = recent.at(-1)[0] - recent[0][0];
-    return { rate: (recent.length - 1) / span, work: recent.reduce((sum, [, work]) => sum + work, 0) / recent.length };
   }
 }

@@ -1,4 +1,4 @@
-// Counts the spokes of a feed: received, announced as lost, missing without an announcement, and repeated.
+// Counts the spokes of a feed that were lost: announced, or missing without an announcement.
 
 export class SequenceTracker {
   constructor() {
@@ -10,10 +10,8 @@ export class SequenceTracker {
   /** Counts from zero: the feed that was counted has ended. */
   forget() {
     this.skips = false; // whether the next spokes are not the next ones, because the page did not wait for those between
-    this.received = 0;
     this.announced = 0; // lost, and announced by the feed
     this.missing = 0; // lost, and not announced
-    this.repeated = 0;
   }
 
   /** Counts on from another feed, of which it knows no number yet. */
@@ -47,8 +45,6 @@ export class SequenceTracker {
     const next = this.next ?? first;
     this[this.skips ? "announced" : "missing"] += Math.max(0, first - next);
     this.skips = false;
-    this.repeated += Math.min(count, Math.max(0, next - first));
-    this.received += count;
     this.next = Math.max(next, first + count);
   }
 }

@@ -132,13 +132,12 @@ export function showPosition(which, target, heading, unit, { position, height, o
   show(`${which}-position`, target && origin ? positionText(geographicPosition(target, position, height, origin)) : "");
 }
 
-/** Shows the counts and rates of the feed. frames: {rate [1/s], work [s]}, or null. */
-export function showFeed(sequence, rate, lag, frames) {
+/** Shows the counts and the rate of the feed. */
+export function showFeed(sequence, rate, lag) {
   const unannounced = sequence.missing ? ` (${sequence.missing} unannounced)` : "";
   show("lost-text", `${sequence.lost}${unannounced}`);
   show("rate-text", rate.toFixed(0));
   show("lag-text", lag === null ? "–" : `${(lag * 1000).toFixed(0)} ms`);
-  show("frames-text", frames ? `${frames.rate.toFixed(0)}, ${(frames.work * 1000).toFixed(1)} ms of work each` : "–");
 }
 
 /** Shows how the feed is thinned. level: 0 where it is not; spokes: as many are merged. */

@@ -12,7 +12,7 @@ from importlib.metadata import version
 from typing import Any, cast
 
 from radar_service.batch.jobs import Executor
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.terminal import UsageError, extra
 
 CONNECT_SECONDS = 10.0  # until a scheduler that does not answer counts as absent

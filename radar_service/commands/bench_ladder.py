@@ -14,8 +14,7 @@ from radar_service.bench.ladder.series import ladders, load_ladder
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in
 from radar_service.commands.shared_options import add_jobs, executor_of
-from radar_service.terminal import UsageError, add_whole_number
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, progress
 
 SEEDS = 20
 

@@ -26,8 +26,7 @@ from radar_service.bench.video import program_on_video
 from radar_service.commands.record import RADAR, record_scans
 from radar_service.commands.shared_options import add_jobs, executor_of
 from radar_service.processes.stop_signals import TERMINATED, ended_by_signals
-from radar_service.terminal import UsageError, add_whole_number, make_folder
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 UNDECIDED = 3  # exit status
 RECORDED = 3  # failed runs of a scenario

@@ -11,7 +11,7 @@ from radar_service.batch.dask_cluster import cluster
 from radar_service.batch.jobs import Executor
 from radar_service.batch.worker_processes import processes
 from radar_service.commands.shared_options import add_jobs
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.processes.limits import default_memory
 from radar_service.sweep.estimate import estimate
 from radar_service.sweep.inputs import inputs_of
@@ -19,8 +19,7 @@ from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import json_schema as json_schema  # of `schema sweep`
 from radar_service.sweep.store import SweepStore, library
 from radar_service.sweep.sweep import Tally, run_sweep
-from radar_service.terminal import UsageError, add_whole_number, make_folder
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 SHOWN = 5  # failed runs whose reason is printed; the store has all
 

@@ -25,8 +25,15 @@ from radar_service.echo.range_history import (
 from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
 from radar_service.numerics import Flags, Floats, Indices, Singles, wrap_angle
-from radar_service.propagation import LandBefore, Site, elevation_gain, local_attenuation, radar_two_rays, received_amplitude
-from radar_service.propagation.radar_equation import attenuation
+from radar_service.propagation import (
+    LandBefore,
+    Site,
+    attenuation,
+    elevation_gain,
+    local_attenuation,
+    radar_two_rays,
+    received_amplitude,
+)
 from radar_service.scattering import BearingWedge, Fluctuation
 from radar_service.world import BodyPoses, PoseArrays, Scene, SightLines
 

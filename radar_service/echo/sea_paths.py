@@ -15,13 +15,13 @@ from radar_service.propagation import (
     LandBefore,
     Site,
     TwoRays,
+    attenuation,
     elevation_gain,
     mean_square_factor,
     moved_excess,
     radar_two_rays,
     turned_back,
 )
-from radar_service.propagation.radar_equation import attenuation
 from radar_service.radar import Radar
 from radar_service.world import Environment
 

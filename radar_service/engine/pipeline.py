@@ -30,7 +30,8 @@ from radar_service.numerics import (
     wrap_angle,
 )
 from radar_service.propagation import local_attenuation, two_way_phase
-from radar_service.receive import integrate, receiver_noise_power, square_law
+from radar_service.receive import integrate, receiver_noise_power
+from radar_service.records import square_law
 from radar_service.stages.stage import Added, Tile
 from radar_service.world import SightLines
 

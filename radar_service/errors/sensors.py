@@ -70,23 +70,15 @@ def backlash(from_bow: Floats) -> Floats:
     return np.asarray(np.arcsin(np.sin(2.0 * from_bow)) * (2.0 / np.pi))
 
 
-class AntennaLaw:
-    """The errors of one antenna. seed, key: of its random generators."""
+def antenna_error(errors: AntennaErrors, noise: Floats, from_bow: Floats) -> Floats:
+    """Returns reported angle from the bow minus true angle (K,) [rad] of an antenna at true angles from the bow (K,) [rad].
 
-    def __init__(self, errors: AntennaErrors, seed: int, *key: int) -> None:
-        self._errors = errors
-        self._noise = SensorNoise(0.0, seed, *key)
-
-    def error(self, number: Indices, time: Floats, from_bow: Floats) -> Floats:
-        """Returns reported angle from the bow minus true angle (K,) [rad] of spokes of these numbers, times [s] and true
-        angles from the bow (K,) [rad]."""
-        settings = self._errors
-        error = settings.misalignment + settings.backlash * backlash(from_bow)
-        if settings.encoder_noise:
-            error = error + settings.encoder_noise * self._noise.at(number, time)
-        if settings.encoder_step:
-            error = np.rint((from_bow + error) / settings.encoder_step) * settings.encoder_step - from_bow
-        return np.asarray(error)
+    noise: of its encoder (K,), of standard deviation 1.
+    """
+    error = errors.misalignment + errors.backlash * backlash(from_bow) + errors.encoder_noise * noise
+    if errors.encoder_step:
+        error = np.rint((from_bow + error) / errors.encoder_step) * errors.encoder_step - from_bow
+    return np.asarray(error)
 
 
 class SensorLaws:
@@ -104,13 +96,13 @@ class SensorLaws:
     ) -> None:  # fmt: skip
         self._errors, self._period, self._stream = errors, radar.spoke_period, stream
         key = () if ship is None else (name_key(ship),)
-        gyro, log, position, antenna = errors.gyro, errors.log, errors.position, errors.antenna
-        self._gyro = None if gyro is None else SensorNoise(gyro.noise_time, seed, GYRO, *key)
-        self._log = None if log is None else SensorNoise(log.noise_time, seed, LOG, *key)
+        gyro, log, position = errors.gyro, errors.log, errors.position
+        self._gyro_noise = SensorNoise(gyro.noise_time if gyro else 0.0, seed, GYRO, *key)
+        self._log_noise = SensorNoise(log.noise_time if log else 0.0, seed, LOG, *key)
         self._position_noise = [
             SensorNoise(position.noise_time, seed, axis, *key) for axis in (EAST, NORTH) if position is not None
         ]
-        self._antenna = None if antenna is None else AntennaLaw(antenna, seed, ANTENNA, radar_key)
+        self._antenna_noise = SensorNoise(0.0, seed, ANTENNA, radar_key)
 
     @property
     def latencies(self) -> tuple[float, ...]:
@@ -125,8 +117,11 @@ class SensorLaws:
         """
         turn, course_turn = self._heading_errors(number, time, true, earlier)
         from_bow = wrap_angle(true.azimuth - true.heading)
-        error = np.zeros(len(number)) if self._antenna is None else self._antenna.error(number, time, from_bow)
-        lost = self._lost(time)
+        error, antenna = np.zeros(len(number)), self._errors.antenna
+        if antenna is not None:
+            error = antenna_error(antenna, self._antenna_noise.at(number, time), from_bow)
+        feed = self._errors.feed
+        lost = is_lost(time, feed.heading_lost if feed else ())
         return Readings(
             np.where(lost, wrap_bearing(from_bow + error), _turned(true.azimuth, turn + error)),
             np.where(lost, np.nan, _turned(true.heading, turn)),
@@ -138,11 +133,11 @@ class SensorLaws:
     def _heading_errors(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> tuple[Floats, Floats]:
         """The errors (K,) [rad] of heading and course."""
         gyro = self._errors.gyro
-        if gyro is None or self._gyro is None:
+        if gyro is None:
             return np.zeros(len(number)), np.zeros(len(number))
         sensed = self._delayed(number, gyro.latency, true, earlier)
         error = gyro.bias + gyro.calibration * np.sin(sensed.heading - gyro.calibration_phase)
-        error = error + gyro.noise * self._gyro.at(number, time) if gyro.noise else error
+        error = error + gyro.noise * self._gyro_noise.at(number, time) if gyro.noise else error
         return (
             wrap_angle(sensed.heading - true.heading) + error if gyro.latency else error,
             wrap_angle(sensed.course - true.course) + error if gyro.latency else error,
@@ -150,13 +145,13 @@ class SensorLaws:
 
     def _speed(self, number: Indices, time: Floats, true: Readings, earlier: Earlier) -> Floats:
         log = self._errors.log
-        if log is None or self._log is None:
+        if log is None:
             return np.asarray(true.speed)
         sensed = self._water_speed(self._delayed(number, log.latency, true, earlier))
         speed = sensed * (1.0 + log.scale) + log.bias
         if log.least:
             speed = sensed + np.copysign(np.maximum(np.abs(log.scale * sensed), log.least), log.scale) + log.bias
-        speed = speed + log.noise * self._log.at(number, time) if log.noise else speed
+        speed = speed + log.noise * self._log_noise.at(number, time) if log.noise else speed
         return np.asarray(true.speed + speed - self._water_speed(true) if any(self._stream) else speed)
 
     def _water_speed(self, readings: Readings) -> Floats:
@@ -179,10 +174,6 @@ class SensorLaws:
         """The readings of the spokes that are `latency` [s] older, in whole spokes; spoke 0 has no older ones."""
         spokes = round(latency / self._period)
         return earlier(np.maximum(number - spokes, 0)) if spokes else true
-
-    def _lost(self, time: Floats) -> Flags:
-        feed = self._errors.feed
-        return is_lost(time, feed.heading_lost if feed else ())
 
 
 def _turned(angle: Floats, error: Floats) -> Floats:

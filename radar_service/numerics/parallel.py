@@ -7,13 +7,11 @@ Importing this module changes neither the environment nor any library. `BLAS_LIM
 """
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from threading import Lock, local
-from typing import Any, TypeVar
-
-Item = TypeVar("Item")
+from typing import Any
 
 BLAS_USERS = ("numpy.linalg", "scipy.linalg")  # each loads the BLAS library of its package; the engine uses no third one
 ENVIRONMENT_OF_THREADPOOLCTL = "KMP_DUPLICATE_LIB_OK"  # threadpoolctl sets it when it is imported, for OpenMP of Intel
@@ -99,16 +97,6 @@ class BlasLimit:
         """Whether no other thread holds the limit; during a `with` block none takes it or gives it back."""
         with self._lock:
             yield self._holders == self._times
-
-    def each(self, items: Iterable[Item]) -> Iterator[Item]:
-        """Yields the items. Holds the limit while each is computed and not while the consumer has it."""
-        iterator, end = iter(items), object()
-        while True:
-            with self.held():
-                item = next(iterator, end)
-            if item is end:
-                return
-            yield item  # type: ignore[misc]  # it is not `end`
 
     def _take(self) -> list[tuple[BlasLibrary, int]]:
         """Counts one holder more. Returns the previous numbers that belong to this thread alone."""

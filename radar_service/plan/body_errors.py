@@ -33,7 +33,7 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     """How a body passes the antenna. Rates are those of the nearest part of the body while it is in range."""
     time = sample_times(body, scene)
     offset, later = _offset(body, scene, time), _offset(body, scene, time + LEVER)
-    distance, heading = np.hypot(offset[:, 0], offset[:, 1]), _heading(body, time)
+    distance = np.hypot(offset[:, 0], offset[:, 1])
     part = np.maximum(distance - body.radius, NEAREST)
     velocity = (later - offset) / LEVER
     unit = offset[:, :2] / np.maximum(distance, 1e-9)[:, None]
@@ -41,7 +41,8 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     radial = np.abs(np.einsum("ij,ij->i", velocity[:, :2], unit)) + sway
     aside = np.abs(velocity[:, 0] * unit[:, 1] - velocity[:, 1] * unit[:, 0]) + sway
     aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
-    turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
+    turned = body.motion.pose(time + LEVER).heading - body.motion.pose(time).heading
+    turn = np.abs(np.angle(np.exp(1j * turned))) / LEVER + aside / part
     if body.motion.sway is not None:
         roll, pitch, yaw, heave = body.motion.sway.likely_rates.tolist()
         turn, radial = turn + roll + pitch + yaw + heave / part, radial + heave
@@ -76,12 +77,6 @@ def _within_limits(run: BodyRun, body: Body, scene: Scene) -> BodyRun:
         radial=max(run.radial, speed),
         sea_turn=max(run.sea_turn, 2.0 * scene.radar.height * speed / NEAREST**2),
     )
-
-
-def ends_at_horizon(body: Body, scene: Scene) -> bool:
-    """Whether the run is that of loops which do not repeat together, and ends at HORIZON."""
-    end, repeats = _end(body.motion, scene.own_ship)
-    return repeats and end not in (body.motion.period, scene.own_ship.period)
 
 
 def sample_times(body: Body, scene: Scene) -> Floats:
@@ -141,10 +136,6 @@ def _knots(motion: Motion, end: float | None) -> Floats:
 def _offset(body: Body, scene: Scene, time: Floats) -> Floats:
     """Middle of a body relative to the antenna's foot (K, 3) [m], mast upright."""
     return np.asarray(body.middles_at(time) - scene.own_ship.pose(time).position)
-
-
-def _heading(body: Body, time: Floats) -> Floats:
-    return np.asarray(body.motion.pose(time).heading)
 
 
 class BodyError(NamedTuple):
@@ -213,26 +204,25 @@ def _excess_cells(distance: float, top: float, scene: Scene) -> float:
 
 def body_remarks(scene: Scene, fidelity: Fidelity) -> dict[str, list[str]]:
     """Sentences about each body, by its name."""
-    return {body.name: _remarks(body, scene, fidelity) for body in scene.bodies}
-
-
-def _remarks(body: Body, scene: Scene, fidelity: Fidelity) -> list[str]:
-    """What a model says of the mesh of a body takes the place of remarks about its errors."""
-    run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
-    mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
-    return [*_passage(body, scene, run), *(mesh or body_error(body, scene, fidelity, None).remarks)]
+    remarks = {}
+    for body in scene.bodies:
+        run, model = body_run(body, scene), scattering_model(body, fidelity.sampler)
+        mesh = model.mesh_remarks(body, Conditions.of_scene(scene, fidelity), run.nearest)
+        errors = mesh or body_error(body, scene, fidelity, None).remarks  # what is said of the mesh takes their place
+        remarks[body.name] = [*_passage(body, scene, run), *errors]
+    return remarks
 
 
 def _passage(body: Body, scene: Scene, run: BodyRun) -> list[str]:
     """When a body is nearest, and how fast its aspect changes; nothing where it stays."""
     if scene.own_ship.at_rest and body.motion.at_rest:
         return []
-    if is_steered(body, scene):
-        return [
-            "commands may bring it anywhere: errors are bounds for the antenna beside it, at the limits of speed and turn: "
-            f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
-        ]
-    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
-    loops = f"; its loops are followed for {HORIZON:.0f} s" if ends_at_horizon(body, scene) else ""
     turn = f"its aspect turns by up to {math.degrees(run.turn):.2g} degrees/s, its range by {run.radial:.2g} m/s"
+    if is_steered(body, scene):
+        bounds = "errors are bounds for the antenna beside it, at the limits of speed and turn"
+        return [f"commands may bring it anywhere: {bounds}: {turn}"]
+    when = "now" if run.time == 0.0 else f"after {run.time:.0f} s"
+    end, repeats = _end(body.motion, scene.own_ship)
+    at_horizon = repeats and end not in (body.motion.period, scene.own_ship.period)  # loops that do not repeat together
+    loops = f"; its loops are followed for {HORIZON:.0f} s" if at_horizon else ""
     return [f"nearest {when}: {run.nearest:.0f} m; {turn}{loops}"]

@@ -32,10 +32,9 @@ def cull(scene: Scene, fidelity: Fidelity) -> dict[int, CulledBody]:
     """The bodies that the error budget of a fidelity allows to cull, by index in the scene; none where it allows no error."""
     if fidelity.error_db == 0.0 or fidelity.engine == "documented":
         return {}
-    culled = {
-        key: never for key, body in enumerate(scene.bodies) if (never := _never_visible(body, scene, fidelity)) is not None
-    }
-    return culled | _below_noise(scene, fidelity, [key for key in range(len(scene.bodies)) if key not in culled])
+    reasons = {key: _never_visible(body, scene, fidelity) for key, body in enumerate(scene.bodies)}
+    culled = {key: reason for key, reason in reasons.items() if reason is not None}
+    return culled | _below_noise(scene, fidelity, [key for key in reasons if key not in culled])
 
 
 def _never_visible(body: Body, scene: Scene, fidelity: Fidelity) -> CulledBody | None:

@@ -6,8 +6,8 @@ from types import MappingProxyType
 
 from radar_service.echo import PIECE
 from radar_service.numerics import effective_earth_radius
+from radar_service.plan.cost_model import EngineStatistics
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
-from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation import diffraction_height
 from radar_service.radar import Radar, pulse_doppler_shift
 from radar_service.receive import receiver_noise_power
@@ -78,7 +78,7 @@ def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStati
         *_land(scene, statistics.land_border),
         _earth(scene),
         _multipath(scene, fidelity),
-        *_air(scene),
+        _air(scene),
         *_sway(scene, "the mast sways; bearings and elevations are those of the tilted antenna; sea clutter stays level"),
         *_seaway(scene),
         *_plating(scene),
@@ -173,14 +173,13 @@ def _multipath(scene: Scene, fidelity: Fidelity) -> PlanItem:
     return PlanItem("multipath", True, how, field_db=error if math.isfinite(error) else None)
 
 
-def _air(scene: Scene) -> list[PlanItem]:
+def _air(scene: Scene) -> PlanItem:
     environment = scene.environment
-    lossy = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0 or len(environment.attenuators) > 0
+    uniform = environment.gas_db_per_km > 0 or environment.rain_mm_h > 0
     text = f"{environment.gas_db_per_km:.4g} dB/km one way, rain {environment.rain_mm_h:g} mm/h (ITU-R P.838)"
     text += "".join(f"; {attenuator.text}" for attenuator in environment.attenuators)
-    return [
-        PlanItem("gas and rain loss", lossy, text + ("; costs nothing" if lossy and not environment.attenuators else ""))
-    ]
+    text += "; costs nothing" if uniform and not environment.attenuators else ""
+    return PlanItem("gas and rain loss", uniform or len(environment.attenuators) > 0, text)
 
 
 def _doppler(scene: Scene) -> list[PlanItem]:

@@ -16,10 +16,10 @@ import numpy as np
 
 from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.engine.preparation import rests
-from radar_service.numerics import Floats, Indices
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.plan.body_errors import aspects_db, body_error
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
+from radar_service.plan.cost_model import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.plan.effects import effects
 from radar_service.plan.settings_search import (
     all_rests,
@@ -29,7 +29,6 @@ from radar_service.plan.settings_search import (
     relative_cost,
     resting_db,
 )
-from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.radar import Radar, remedies
 from radar_service.records import Fidelity, PlanItem
 from radar_service.scattering import Conditions, scattering_model
@@ -101,9 +100,8 @@ class Plan:
         if self.counts is not None:
             lines.append(_counted(self.counts))
         if self.costs is not None and self.realtime_factor is not None:
-            parts = ", ".join(
-                f"{STAGE.get(name, name)} {cost:.3g}" for name, cost in self.costs.by_stage().items() if cost >= 0.5
-            )
+            costs = {STAGE.get(name, name): cost for name, cost in self.costs.by_stage().items()}
+            parts = ", ".join(f"{name} {cost:.3g}" for name, cost in costs.items() if cost >= 0.5)
             factor = f"{self.realtime_factor:.3g} x real time on one thread here"
             lines.append(f"cost: {self.costs.total:.3g} us per azimuth ({parts}), {factor}")
         return lines
@@ -121,7 +119,7 @@ def _counted(counts: Counts) -> str:
 def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NOTHING_KNOWN) -> Plan:
     """The plan of a scene at a fidelity, as far as its statistics are known."""
     errors, items = _field_errors(scene, fidelity), bodies(scene, fidelity, statistics)
-    phenomena = effects(scene, fidelity, statistics)
+    phenomena, costs = effects(scene, fidelity, statistics), statistics.costs
     return Plan(
         fidelity.name,
         arithmetic(),
@@ -129,8 +127,8 @@ def plan_for(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics = NO
         asdict(fidelity),
         errors,
         statistics.counts,
-        statistics.costs,
-        None if statistics.costs is None else realtime_factor(scene, statistics.costs),
+        costs,
+        None if costs is None else realtime_factor(scene, costs),
         (*_caveats(scene, fidelity, errors), *_weak_bodies(fidelity, items)),
         credibility(scene, phenomena, items),
     )
@@ -248,14 +246,10 @@ def _microseconds(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics
         return [None] * len(scene.bodies)
     moving = np.array([not rests(body, scene, fidelity) for body in scene.bodies], dtype=np.bool_)
     by_aspect = np.array([scattering_model(body).by_aspect for body in scene.bodies], dtype=np.bool_)
-    echoes = np.where(moving, statistics.bodies.echoes, 0)
-    shares = (_shared(statistics.costs.moving, echoes), _shared(statistics.costs.aspects, echoes * by_aspect))
-    return [float(time) for time in shares[0] + shares[1]]
-
-
-def _shared(cost: float, count: Indices) -> Floats:
-    """A cost shared (B,) by counts (B,)."""
-    return np.asarray(count * (cost / max(int(count.sum()), 1)))
+    echoes, times = np.where(moving, statistics.bodies.echoes, 0), np.zeros(len(scene.bodies))
+    for cost, count in ((statistics.costs.moving, echoes), (statistics.costs.aspects, echoes * by_aspect)):
+        times += count * (cost / max(int(count.sum()), 1))
+    return [float(time) for time in times]
 
 
 def _body(key: int, scene: Scene, fidelity: Fidelity, statistics: EngineStatistics, microseconds: float | None) -> PlanItem:
@@ -333,7 +327,7 @@ def estimated_factor(scene: Scene, known: Plan, step: float) -> float:
     gridding = scatterers * relative_cost(scene.radar, new) / relative_cost(scene.radar, old)
     updates = scatterers * old.visibility_step / new.visibility_step
     changed = replace(known.costs, moving=known.costs.moving * gridding, looks=known.costs.looks * updates)
-    return scene.radar.spoke_period / (changed.total * 1e-6)
+    return realtime_factor(scene, changed)
 
 
 def _is_fast_enough(plan: Plan, factor: float) -> bool:

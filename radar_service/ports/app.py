@@ -15,12 +15,12 @@ from starlette.staticfiles import StaticFiles
 
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.http.security import SecurityMiddleware
-from radar_service.ports.http.server import Requests, RequestsMiddleware
+from radar_service.ports.http.server import Requests
 from radar_service.ports.port import Service
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
 from radar_service.ports.rest.answers import add_exception_handlers
-from radar_service.ports.rest.body_limits import BodyLimitMiddleware
+from radar_service.ports.rest.bodies import BodyLimitMiddleware
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.roles import Roles, needs
 from radar_service.processes.fork_server import ForkServer
@@ -101,7 +101,6 @@ def create_app(
     async def lifespan(_: FastAPI) -> AsyncIterator[None]:
         try:
             await ports.start(service)
-            roles.read(app.routes)  # which a port may have added to
             for station in radars.values():
                 station.preparations, station.stations = service.preparations, radars
                 await station.start()
@@ -124,19 +123,18 @@ def create_app(
         redoc_url=None,
     )
     for router in ports.routes(service):
-        app.include_router(router)
+        app.router.routes += router.routes  # `include_router` would make each anew
     for route in app.routes:
         if isinstance(route, Route) and route.path == OPENAPI:
             needs("read")(route.endpoint)  # the framework has made it
     add_docs(app)
     page = StaticFiles(directory=str(packaged_folder("clients") / "web"), html=True, check_dir=False)
     app.mount("/", needs("nothing")(page))
-    roles = Roles(app.routes)
     add_exception_handlers(app)
     app.add_middleware(BodyLimitMiddleware)
-    app.add_middleware(RequestsMiddleware, requests=requests)
+    app.add_middleware(requests.following)
     app.add_middleware(
-        SecurityMiddleware, access=service.access, tickets=service.tickets, roles=roles, refused=service.refused
+        SecurityMiddleware, access=service.access, tickets=service.tickets, roles=Roles(app.routes), refused=service.refused
     )
     if ports.refusals:
         app.add_middleware(RefusalShapesMiddleware, shapes=ports.refusals)

@@ -9,9 +9,10 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from starlette.datastructures import MutableHeaders
+from starlette.responses import JSONResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-Shape = Callable[[int, str], Mapping[str, Any]]  # from a status of HTTP and a reason, the body of an answer
+Shape = Callable[[int, str], tuple[int, Mapping[str, Any]]]  # from a status of HTTP and a reason those of the answer
 
 
 class RefusalShapesMiddleware:
@@ -22,41 +23,39 @@ class RefusalShapesMiddleware:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         shape = self._shape(scope["path"]) if scope["type"] == "http" else None
-        await self._app(scope, receive, send if shape is None else _Answer(shape, send))
+        await self._app(scope, receive, send if shape is None else _reshaping(send, shape))
 
     def _shape(self, path: str) -> Shape | None:
         return next((shape for begin, shape in self._shapes.items() if path == begin or path.startswith(begin + "/")), None)
 
 
-class _Answer:
-    """Sends one answer on, a refusal in another shape."""
+def _reshaping(send: Send, shape: Shape) -> Send:
+    """Returns a sender of one answer that keeps a refusal until its body is whole."""
+    refusal: Message | None = None  # its start
+    body = b""
 
-    def __init__(self, shape: Shape, send: Send) -> None:
-        self._shape, self._send = shape, send
-        self._start: Message | None = None  # of a refusal, until its body is whole
-        self._body = b""
-
-    async def __call__(self, message: Message) -> None:
+    async def send_reshaped(message: Message) -> None:
+        nonlocal refusal, body
         if message["type"] == "http.response.start" and message["status"] >= 400:
-            self._start = message
-        elif self._start is None:
-            await self._send(message)
+            refusal = message
+        elif refusal is None:
+            await send(message)
         else:
-            self._body += message.get("body", b"")
+            body += message.get("body", b"")
             if not message.get("more_body", False):
-                await self._finish(self._start)
+                status, content = _reshaped(refusal["status"], body, shape)
+                MutableHeaders(scope=refusal)["content-length"] = str(len(content))
+                await send({**refusal, "status": status})
+                await send({"type": "http.response.body", "body": content})
 
-    async def _finish(self, start: Message) -> None:
-        body = _reshaped(self._body, start["status"], self._shape)
-        MutableHeaders(scope=start)["content-length"] = str(len(body))
-        await self._send(start)
-        await self._send({"type": "http.response.body", "body": body})
+    return send_reshaped
 
 
-def _reshaped(body: bytes, status: int, shape: Shape) -> bytes:
-    """The body of a refusal in another shape; one that has no `detail` has a shape of its own already."""
+def _reshaped(status: int, body: bytes, shape: Shape) -> tuple[int, bytes]:
+    """Status and body of a refusal in another shape; one that has no `detail` has a shape of its own already."""
     try:
         detail = json.loads(body)["detail"]
     except (ValueError, KeyError, TypeError):
-        return body
-    return json.dumps(shape(status, "; ".join(map(str, detail)) if isinstance(detail, list) else str(detail))).encode()
+        return status, body
+    status, content = shape(status, "; ".join(map(str, detail)) if isinstance(detail, list) else str(detail))
+    return status, bytes(JSONResponse(content).body)

@@ -54,10 +54,6 @@ class Roles:
 
     def __init__(self, routes: Sequence[BaseRoute]) -> None:
         """Raises UndeclaredRoleError."""
-        self.read(routes)
-
-    def read(self, routes: Sequence[BaseRoute]) -> None:
-        """Takes up the routes that there are now. Raises UndeclaredRoleError."""
         self._addresses = list(_addresses(routes))
         self._guarded = {_first_part(address.path) for address in self._addresses if address.role != "nothing"}
 

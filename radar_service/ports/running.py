@@ -35,7 +35,7 @@ def run(
     refused, requests, stations, host = Refusals(), Requests(), Stations(), PortHost(ports)
     app = create_app(stations, host, fork_server=fork_server, access=access, refused=refused, requests=requests)
     config = configuration(app, connections=options.connections or MAX_CONNECTIONS, refused=refused)
-    server = Server(config, stations.stop, lambda: None, requests)
+    server = Server(config, stations.stop, requests)
     settings = Settings(pace=Pace("run", options.pace))
     start_utc = options.start_utc or whole_second()
     for number, radars in enumerate(scenes()):

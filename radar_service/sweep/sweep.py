@@ -9,8 +9,7 @@ import numpy as np
 
 from radar_service.batch.jobs import Executor, Job, JobLost, Outcome, Progress, outcomes
 from radar_service.batch.worker_processes import WorkerDied
-from radar_service.numerics import ResultCache
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import ResultCache, arithmetic
 from radar_service.simulator import Simulator
 from radar_service.sweep.inputs import Inputs, program
 from radar_service.sweep.layout import StoreLayout

@@ -1,7 +1,7 @@
 """Ground truth of each time that the beam crosses a body, and of all bodies at the end of each scan."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +10,7 @@ from radar_service.numerics import BLAS_LIMIT, Floats, Indices, polar_from_map, 
 from radar_service.records import Crossing, FalseEcho, Kinematics, OwnShipTruth, Snapshot
 from radar_service.stages.points import crossing_search
 from radar_service.stages.registry import changed_pattern, effects_in
-from radar_service.truth.ground_truth import GroundTruth, water_tracks
+from radar_service.truth.ground_truth import GroundTruth, triple, water_tracks
 from radar_service.world import PastMotion, Pose, geographic_from_map, is_land
 
 NO_RELATIVE_SPEED = 1e-9  # m/s: below it two bodies neither approach nor part
@@ -40,8 +40,12 @@ class CrossingTruth:
         self._reference = np.array([body.reference for body in bodies]).reshape(-1, 3)
         self._moves = np.array([not motion.at_rest for motion in self._motions], dtype=np.bool_)
         self._pattern = changed_pattern(radar)
-        every = np.arange(len(bodies))
-        self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
+        self._identities = [
+            {"radar": self._scene.radar_id, "body": body.name, "mmsi": body.mmsi, "length": body.length, "beam": body.beam}
+            for body in bodies
+        ]
+        every, (points, numbers) = np.arange(len(bodies)), (np.empty((2, len(bodies), 3)), np.empty((2, len(bodies))))
+        self._at_start = self._filled(References(*points, *numbers), every, every, np.zeros(len(bodies)))
         self._search = crossing_search(self._scene, lambda which, time: self._references(which, time).position, len(bodies))
 
     @BLAS_LIMIT.held()
@@ -125,31 +129,15 @@ class CrossingTruth:
         water = water_tracks(scene, course)
         rows = zip(*(column.tolist() for column in columns.values()), *water, strict=True)
         keys = (*columns, "water_course", "water_speed")
-        others = zip(
-            bodies.tolist(),
-            points.position.tolist(),
-            points.velocity.tolist(),
-            tcpa.tolist(),
-            self._truth.why_invisible(bodies, time),
-            self._geographic(points.position),
-            strict=True,
-        )
+        arrays = bodies, points.position, points.velocity, tcpa
+        texts = self._truth.why_invisible(bodies, time), self._geographic(points.position)
+        others = zip(*(array.tolist() for array in arrays), *texts, strict=True)
         return [
-            dict(zip(keys, row, strict=True)) | self._identity(body) | place
-            | {"position": _triple(position), "velocity": _triple(velocity), "reason": reason, "visible": not reason,
+            dict(zip(keys, row, strict=True)) | self._identities[body] | place
+            | {"position": triple(position), "velocity": triple(velocity), "reason": reason, "visible": not reason,
                "tcpa": None if math.isnan(until) else until}
             for row, (body, position, velocity, until, reason, place) in zip(rows, others, strict=True)
         ]  # fmt: skip
-
-    def _identity(self, body: int) -> dict[str, Any]:
-        scene_body = self._scene.bodies[body]
-        return {
-            "radar": self._scene.radar_id,
-            "body": scene_body.name,
-            "mmsi": scene_body.mmsi,
-            "length": scene_body.length,
-            "beam": scene_body.beam,
-        }
 
     def _geographic(self, position: Floats) -> list[dict[str, float | None]]:
         """Latitude and longitude of positions (E, 3) [m], None where the scene has no origin."""
@@ -166,17 +154,13 @@ class CrossingTruth:
         columns = (pose.position, pose.velocity, pose.heading, pose.course, pose.speed, sway)
         return [
             OwnShipTruth(
-                position=_triple(position), velocity=_triple(velocity), heading=heading, course=course, speed=speed,
+                position=triple(position), velocity=triple(velocity), heading=heading, course=course, speed=speed,
                 roll=roll, pitch=pitch, yaw=yaw, water_course=water_course, water_speed=water_speed,
             )
             for position, velocity, heading, course, speed, (roll, pitch, yaw), water_course, water_speed in zip(
                 *(column.tolist() for column in columns), *water_tracks(self._scene, pose), strict=True
             )
         ]  # fmt: skip
-
-
-def _empty(count: int) -> References:
-    return References(np.empty((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count))
 
 
 def closest_approach(offset: Floats, velocity: Floats) -> tuple[Floats, Floats]:
@@ -199,7 +183,3 @@ def _reference_moved(pose: Pose, turn_rate: Floats, offset: Floats) -> tuple[Flo
     arm = turned(offset, np.cos(pose.heading), np.sin(pose.heading))
     swung = np.stack([turn_rate * arm[:, 1], -turn_rate * arm[:, 0], np.zeros(len(arm))], axis=-1)
     return pose.position + arm, pose.velocity + swung
-
-
-def _triple(vector: Sequence[float]) -> tuple[float, float, float]:
-    return vector[0], vector[1], vector[2]

@@ -4,7 +4,7 @@ A body in plain sight is told by its outermost vertices. What others hide in par
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import cached_property, partial
 from itertools import pairwise
 
@@ -29,9 +29,7 @@ VERTICES = 2**18  # at a time
 FACE_POINTS = 4096  # of a body, spread evenly over the area of its faces: 15 mm apart on a wall of 60 m, seen from its foot
 FIRST = 8  # of so many points one is asked first, which tells most bodies
 MAX_SURFACES = 512  # whose points are kept: 130 KB each
-Candidates = tuple[
-    Floats, Callable[[Indices], Flags]
-]  # points (W, 3) on the map [m], and which of them, by index, are visible
+Candidates = tuple[Floats, Callable[[Indices], Flags]]  # points (W, 3) on the map [m]; which of them, by index, are visible
 
 
 class GroundTruth:
@@ -164,7 +162,7 @@ class GroundTruth:
             latitude, longitude = (float(v) for v in geographic_from_map(position, self.scene.origin))
         course, speed = water_tracks(self.scene, pose)
         return BodyTruth(
-            name, _triple(position), _triple(pose.velocity[0]),
+            name, triple(position), triple(pose.velocity[0]),
             float(pose.heading[0]), float(pose.course[0]), float(pose.speed[0]), float(polar.range),
             float(wrap_bearing(polar.azimuth)), float(polar.elevation), not reason, reason, latitude, longitude, mmsi,
             float(extent), course[0], speed[0],
@@ -179,7 +177,8 @@ def water_tracks(scene: Scene, pose: Pose) -> tuple[list[float], list[float]] | 
     return course.tolist(), speed.tolist()
 
 
-def _triple(vector: Floats) -> tuple[float, float, float]:
+def triple(vector: Sequence[float] | Floats) -> tuple[float, float, float]:
+    """Returns a vector (3,) as plain numbers."""
     return float(vector[0]), float(vector[1]), float(vector[2])
 
 

@@ -38,11 +38,6 @@ def scene_hash(scene: Scene) -> str:
     return digest.hexdigest()
 
 
-def _is_default(content: Any, default: Any) -> bool:
-    """Whether a field has its default; arrays are not compared."""
-    return content is default or (isinstance(content, str | float | tuple) and content == default)
-
-
 def _add(digest: Any, value: Any) -> None:
     """Adds a value, whose type and size come first, so that neighbours cannot be mistaken for each other."""
     digest.update(f"{type(value).__qualname__}:".encode())
@@ -54,7 +49,10 @@ def _add(digest: Any, value: Any) -> None:
             if isinstance(content, Mapping):
                 _add_named(digest, content)
                 continue
-            if "derived" in field.metadata or "added" in field.metadata and _is_default(content, field.default):
+            given = content is not field.default
+            if given and isinstance(content, str | float | tuple):  # arrays are not compared
+                given = content != field.default
+            if "derived" in field.metadata or "added" in field.metadata and not given:
                 continue
             digest.update(f"{field.name}=".encode())
             _add(digest, content)

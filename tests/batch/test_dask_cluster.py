@@ -13,7 +13,7 @@ import pytest
 from radar_service.__main__ import main
 from radar_service.batch.dask_cluster import ClusterError, check_versions, cluster, common_facts, worker_facts
 from radar_service.batch.jobs import Job, JobsFailed, run
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from tests.batch.loopback_cluster import loopback_cluster
 
 

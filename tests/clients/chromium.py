@@ -42,36 +42,55 @@ def until(condition: str) -> str:
     }})"""
 
 
-class Browser:
-    """One Chromium with a profile of its own under `folder`."""
+def pixels(data: str) -> NDArray[np.int16]:
+    """What a screenshot in base64 shows (height, width, 3)."""
+    return np.asarray(Image.open(io.BytesIO(base64.b64decode(data))).convert("RGB")).astype(np.int16)
 
-    def __init__(self, folder: Path) -> None:
-        command = [str(CHROMIUM), *FLAGS, f"--user-data-dir={folder}", "about:blank"]
+
+class Remote:
+    """A browser that obeys by a websocket, whose address it writes behind `marker`; `path`: below that."""
+
+    def __init__(self, command: list[str], marker: str, path: str = "") -> None:
         self._process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
         assert self._process.stderr is not None
-        marker = "DevTools listening on "
-        line = next(line for line in self._process.stderr if marker in line)
         self._log = self._process.stderr
+        address = next(line for line in self._log if marker in line).split(marker)[1].strip()
         self._line = ExitStack()
-        address = line.split(marker)[1].strip()
         # Between two tests nobody reads the events of open pages: a bounded queue would keep pongs from being read as well.
-        connection = connect(address, max_size=None, max_queue=None, ping_interval=None, compression=None)
+        connection = connect(address + path, max_size=None, max_queue=None, ping_interval=None, compression=None)
         self._socket: ClientConnection = self._line.enter_context(connection)
         self._numbers = itertools.count(1)
         self.events: list[dict[str, Any]] = []
 
-    def call(self, method: str, session: str | None = None, **params: Any) -> dict[str, Any]:
-        """The result of a protocol method; events that come in between are kept."""
+    def answer(self, method: str, params: dict[str, Any], **more: Any) -> dict[str, Any]:
+        """The answer to a method of the protocol; events that come in between are kept."""
         number = next(self._numbers)
-        message = {"id": number, "method": method, "params": params}
-        self._socket.send(json.dumps(message | ({"sessionId": session} if session else {})))
+        self._socket.send(json.dumps({"id": number, "method": method, "params": params, **more}))
         while True:
-            answer = json.loads(self._socket.recv(timeout=PATIENCE))
+            answer: dict[str, Any] = json.loads(self._socket.recv(timeout=PATIENCE))
             if answer.get("id") == number:
-                assert "error" not in answer, f"{method}: {answer['error']}"
-                result: dict[str, Any] = answer["result"]
-                return result
+                return answer
             self.events.append(answer)
+
+    def gone(self) -> None:
+        """Waits for the end of a browser that was told to end."""
+        self._line.close()
+        self._process.wait(PATIENCE)
+        self._log.close()
+
+
+class Browser(Remote):
+    """One Chromium with a profile of its own under `folder`."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__([str(CHROMIUM), *FLAGS, f"--user-data-dir={folder}", "about:blank"], "DevTools listening on ")
+
+    def call(self, method: str, session: str | None = None, **params: Any) -> dict[str, Any]:
+        """The result of a protocol method."""
+        answer = self.answer(method, params, **({"sessionId": session} if session else {}))
+        assert "error" not in answer, f"{method}: {answer['error']}"
+        result: dict[str, Any] = answer["result"]
+        return result
 
     def open(self, url: str, width: int = 900, height: int = 700, mobile: bool = False, first: str = "") -> "Page":
         """A new tab at `url`, width x height CSS pixels, one device pixel each; `first`: a script to run before its own."""
@@ -88,9 +107,7 @@ class Browser:
     def close(self) -> None:
         """End the browser and wait for it."""
         self.call("Browser.close")
-        self._line.close()
-        self._process.wait(PATIENCE)
-        self._log.close()
+        self.gone()
 
 
 class Page:
@@ -133,10 +150,10 @@ class Page:
 
     def look(self, keep: Path | None = None) -> NDArray[np.int16]:
         """What the screen shows (height, width, 3); `keep`: a PNG file to leave it in too."""
-        data = base64.b64decode(self.call("Page.captureScreenshot", format="png")["data"])
+        data = self.call("Page.captureScreenshot", format="png")["data"]
         if keep is not None:
-            keep.write_bytes(data)
-        return np.asarray(Image.open(io.BytesIO(data)).convert("RGB")).astype(np.int16)
+            keep.write_bytes(base64.b64decode(data))
+        return pixels(data)
 
     def faults(self) -> list[str]:
         """Uncaught exceptions, errors on the console and everything the content security policy blocked."""

@@ -61,15 +61,14 @@ def targets_in(png: bytes, up_deg: float, range_max: float = 2000.0) -> None:
     assert not lit.any()
 
 
-@pytest.mark.parametrize("heading_deg", [0.0, 70.0])
 @pytest.mark.parametrize("head_up", [False, True])
-def test_command_draws_targets_at_their_bearings_and_ranges(tmp_path: Path, heading_deg: float, head_up: bool) -> None:
+def test_command_draws_targets_at_their_bearings_and_ranges(tmp_path: Path, head_up: bool) -> None:
     out = tmp_path / "ppi.png"
-    messages = [GREETING, batch(40, 32, heading_deg=heading_deg), batch(72, 40, heading_deg=heading_deg)]
+    messages = [GREETING, batch(40, 32, heading_deg=70.0), batch(72, 40, heading_deg=70.0)]
     with running(Script(messages, wait=True)) as feed:
         status = main([feed.url, "--out", str(out), "--size", "600", *(["--head-up"] if head_up else [])])
     assert status == 0
-    targets_in(out.read_bytes(), heading_deg if head_up else 0.0)
+    targets_in(out.read_bytes(), 70.0 if head_up else 0.0)
 
 
 def test_command_sends_the_token_of_its_file(tmp_path: Path) -> None:
@@ -128,20 +127,11 @@ def test_command_paints_missing_azimuths_grey(tmp_path: Path, capsys: pytest.Cap
     assert "64 azimuths received, 8 missing" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize(
-    ("script", "text"),
-    [
-        (Script([GREETING, batch(0, 5), {"type": "bye", "epoch": "a", "reason": "the service stops"}]), "the service stops"),
-        (Script([b"rubbish"]), "not a message"),
-    ],
-)
-def test_command_fails_with_a_sentence(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], script: Script, text: str
-) -> None:
-    with running(script) as feed:
+def test_command_fails_with_a_sentence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with running(Script([b"rubbish"])) as feed:
         assert main([feed.url, "--out", str(tmp_path / "a.png"), "--no-reconnect"]) == 1
     output = capsys.readouterr().err
-    assert text in output and "Traceback" not in output
+    assert "not a message" in output and "Traceback" not in output
     assert not (tmp_path / "a.png").exists()
 
 

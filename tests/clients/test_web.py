@@ -1,18 +1,12 @@
 """The page in a real browser, against a radar whose picture is known: what stands where, and what it does in trouble."""
 
-import subprocess
-import sys
-from collections.abc import Iterator
 from itertools import product
-from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import ndimage
 
-import scenes
-from tests.clients.chromium import Browser, Page
+from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar, Picture
 from tests.clients.screen import BARE, BROWSER, DRAWN, PIXELS, TARGETS, box, echoes, expected, measure, off_by, seen
@@ -38,56 +32,6 @@ def test_targets_are_at_their_bearings_and_ranges(
     assert off_by(spots, expected(radar.picture, centre, radius, up_deg)) < PIXELS
 
 
-@pytest.fixture
-def orientation(tmp_path: Path, heading_deg: float) -> Iterator[str]:
-    """The address of the real service with the scene `orientation`, own ship turned to heading_deg."""
-    text = (Path(scenes.__file__).parent / "orientation.toml").read_text()
-    assert text.count("heading_deg = 0\n") == 1
-    scene = tmp_path / "orientation.toml"
-    scene.write_text(text.replace("heading_deg = 0\n", f"heading_deg = {heading_deg}\n"))
-    command = [sys.executable, "-m", "radar_service", "serve", str(scene), "--port", "0", "--pace", "4"]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as service:
-        assert service.stdout is not None
-        try:
-            yield service.stdout.readline().split("open ")[1].strip()
-        finally:
-            service.terminate()
-
-
-def strong_spots(page: Page) -> NDArray[np.float64]:
-    """Centroids (n, 2) of the strong echoes, pixels right of and below own ship, the nearest first."""
-    page.ask("void (document.getElementById('banner').style.visibility = 'hidden')")  # a busy machine is told of as too slow
-    screen, (left, top, side) = seen(page), box(page)
-    yellow = screen[..., 0] - screen[..., 2]  # the overlay has none
-    labels, count = ndimage.label(yellow > 0.6 * yellow.max())  # the scene's three are equally strong, sidelobes faint
-    positions = np.array(ndimage.center_of_mass(labels > 0, labels, range(1, count + 1)))[:, ::-1] + 0.5
-    spots: NDArray[np.float64] = positions - (left + side / 2, top + side / 2)
-    return spots[np.argsort(np.hypot(*spots.T))]
-
-
-NEXT = "Number(document.getElementById('scope').dataset.drawn.split(':')[1])"
-# A whole scan and a batch were drawn without a loss: a busy machine loses spokes, and counts anew from there.
-WHOLE_SCAN = f"""(() => {{
-    const lost = document.getElementById('lost-text').textContent;
-    if (lost !== window.lostBefore) [window.lostBefore, window.start] = [lost, {NEXT}];
-    return {NEXT} > window.start + 740;
-}})()"""
-
-
-@pytest.mark.parametrize("heading_deg", [pytest.param(0.0, marks=pytest.mark.study), 70.0])
-def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation: str, heading_deg: float) -> None:
-    page = browser.open(f"{orientation}?{BARE}&orientation=head-up")
-    page.wait(f"{NEXT} > 0")
-    page.wait(WHOLE_SCAN)
-    spots, faults = strong_spots(page), page.faults()
-    page.close()
-    distance = np.hypot(*spots.T)
-    bearing_deg = (np.rad2deg(np.arctan2(spots[:, 0], -spots[:, 1])) + heading_deg) % 360
-    assert faults == []
-    assert bearing_deg == pytest.approx([30, 120, 250], abs=3.9 / 4)  # a quarter of the beamwidth
-    assert distance / distance.max() == pytest.approx([1 / 3, 2 / 3, 1], abs=PIXELS / distance.max())
-
-
 def test_draws_on_a_2d_canvas_without_webgl2(radar: FakeRadar, opened: Opened) -> None:
     without = """const given = HTMLCanvasElement.prototype.getContext;
         HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
@@ -110,13 +54,6 @@ def test_picture_returns_after_the_gpu_was_lost(radar: FakeRadar, opened: Opened
     page.ask(f"{AFTER.format('restored')}, gpu.restoreContext(), seen")
     centre, radius, spots = measure(seen(page))
     assert off_by(spots, expected(radar.picture, centre, radius, 0.0)) < PIXELS
-
-
-def test_own_ship_is_the_centre_of_the_scope(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE)
-    centre, _, _ = measure(seen(page))
-    x, y, side = box(page)
-    assert np.abs(centre + 0.5 - (x + side / 2, y + side / 2)).max() < 1.0  # a pixel: the ring's edges are whole pixels
 
 
 @pytest.mark.sample(2)
@@ -198,21 +135,10 @@ def test_cursor_reads_range_and_bearing_and_a_click_sets_ebl_and_vrm(radar: Fake
     assert page.text("#marker-bearing") == page.text("#cursor-bearing")
 
 
-def test_cursor_by_keyboard(opened: Opened) -> None:
-    page = opened(f"{BARE}&unit=m")
-    page.ask("document.getElementById('scope').focus()")
-    for key in ["ArrowRight"] * 3 + ["ArrowUp"] * 2 + ["Enter"]:
-        page.press(key)
-    assert page.text("#marker-bearing") == "003.0° T  003.0° R"
-    assert page.text("#marker-range") == "1560 m"  # half of the scale of 3000 m and two hundredths of it
-    assert "003.0° T" in page.text("#spoken")
-    page.press("Escape")
-    assert page.text("#marker-bearing") == "–"
-
-
 def test_controls_are_patched_and_refusals_shown(radar: FakeRadar, opened: Opened) -> None:
     opened.refusal = "422"
     page = opened(f"{BARE}&unit=m")
+    page.wait("document.getElementById('scene').options.length === 2")
     page.ask("gain.value = 63, gain.dispatchEvent(new Event('input'))")
     page.wait("document.querySelector('#gain-value').value === '63'")
     page.ask("document.getElementById('scan_correlation').click(); 1")
@@ -226,6 +152,9 @@ def test_controls_are_patched_and_refusals_shown(radar: FakeRadar, opened: Opene
     page.wait("document.getElementById('alerts').textContent.includes('unlucky')")
     page.wait("document.getElementById('rpm').value === '24'")  # what was refused is taken back
     assert page.text("#pause") == "Pause"  # one label: the state is in aria-pressed
+    page.ask("scene.value = 'other', document.getElementById('load-scene').click()")
+    page.wait("!document.getElementById('load-scene').disabled")
+    assert radar.scene == "other"
     assert radar.patched == [
         {"gain": 63},
         {"scan_correlation": True},
@@ -233,14 +162,6 @@ def test_controls_are_patched_and_refusals_shown(radar: FakeRadar, opened: Opene
         {"pace": {"state": "pause"}},
         {"rpm": 13},
     ]
-
-
-def test_scene_is_put(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE)
-    page.wait("document.getElementById('scene').options.length === 2")
-    page.ask("scene.value = 'other', document.getElementById('load-scene').click()")
-    page.wait("!document.getElementById('load-scene').disabled")
-    assert radar.scene == "other"
 
 
 def test_new_epoch_replaces_the_picture(radar: FakeRadar, opened: Opened) -> None:
@@ -259,26 +180,18 @@ def test_new_epoch_replaces_the_picture(radar: FakeRadar, opened: Opened) -> Non
     assert page.text("#warnings summary") == "1 warning"
 
 
-def test_lost_spokes_are_counted_announced_or_not(radar: FakeRadar, opened: Opened) -> None:
+def test_the_page_counts_on_with_the_next_spoke_and_anew_after_a_restart(radar: FakeRadar, opened: Opened) -> None:
     page = opened(BARE)
-    radar.send(
-        {"type": "gap", "epoch": "one", "first": 720, "count": 40, "reason": "slow"},
-        radar.spokes(760, 20),
-        radar.spokes(785, 20),
-    )
-    page.wait("document.getElementById('lost-text').textContent === '45 (5 unannounced)'")
-
-
-def test_a_restart_of_the_service_ends_counts_and_notices(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE)
-    radar.send({"type": "gap", "epoch": "one", "first": 720, "count": 40, "reason": "slow"}, radar.spokes(760, 20))
-    page.wait("document.getElementById('lost-text').textContent === '40'")
+    lost = {"type": "gap", "epoch": "one", "first": 720, "count": 40, "reason": "slow"}
+    radar.send(lost, radar.spokes(760, 20), radar.spokes(800, 40))
+    page.wait("document.getElementById('lost-text').textContent === '60 (20 unannounced)'")
     page.ask("import('./toast.js').then(({toast}) => void toast('rpm: 13 is refused', {isAlert: true}))")
     page.ask("document.getElementById('scene-answer').textContent = 'old.toml is refused'")
-    radar.next = 780
+    radar.next = 840
     radar.drop()  # and the same service answers again
-    page.wait(DRAWN.format("one:1500"))
-    assert page.text("#lost-text") == "40" and page.text("#alerts p") == "rpm: 13 is refused"
+    page.wait(DRAWN.format("one:1560"))
+    assert radar.joined[-1]["since"] == "one:840" and page.text("#connection") == "Connected"
+    assert page.text("#lost-text") == "60 (20 unannounced)" and page.text("#alerts p") == "rpm: 13 is refused"
     radar.epoch, radar.next = "two", 0
     radar.drop()
     page.wait(DRAWN.format("two:720"))
@@ -286,35 +199,15 @@ def test_a_restart_of_the_service_ends_counts_and_notices(radar: FakeRadar, open
     assert page.text("#alerts") == page.text("#scene-answer") == ""
 
 
-def test_page_reconnects_and_continues_with_the_next_number(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE)
-    radar.next = 720
-    radar.drop()
-    page.wait(DRAWN.format("one:1440"))
-    assert radar.joined[-1]["since"] == "one:720"
-    assert page.text("#lost-text") == "0"
-    page.wait("document.getElementById('connection').textContent === 'Connected'")
-
-
-def test_radar_picker_appears_when_there_are_several(radar: FakeRadar, opened: Opened) -> None:
-    alone = opened(BARE)
-    assert alone.ask("document.getElementById('radar-row').offsetHeight") == 0
+def test_every_control_has_a_name_and_a_tooltip_and_takes_the_focus(radar: FakeRadar, opened: Opened) -> None:
     radar.radars.append({"id": "1", "name": "aft radar"})
-    page = opened(f"{BARE}&radar=1")
-    assert page.ask("document.getElementById('radar').selectedOptions[0].textContent") == "aft radar"
-    assert page.ask("document.getElementById('radar-row').offsetHeight") > 0
-
-
-def test_works_at_phone_width(opened: Opened) -> None:
-    page = opened(BARE, width=360, height=740, mobile=True)
-    assert page.ask("document.documentElement.scrollWidth") == 360
-    centre, radius, _ = measure(seen(page))
-    assert centre[0] == pytest.approx(179.5, abs=1.0)  # half a pixel at each edge of the ring
-    assert radius > 140
-
-
-def test_every_control_has_a_name_and_takes_the_focus(opened: Opened) -> None:
     page = opened(BARE)
+    page.wait("document.getElementById('gain') !== null")
+    without_tooltip = page.ask(  # of its own, or of its row
+        """[...document.querySelectorAll('#panel :is(button, select, input)')]
+             .filter((control) => !control.closest('[title]:not([title=""])')).map((control) => control.id)"""
+    )
+    assert without_tooltip == []
     nameless = page.ask(
         """[...document.querySelectorAll('button, select, input, [tabindex="0"]')]
              .filter((one) => !one.getAttribute('aria-label') && !one.labels?.[0]?.textContent.trim())

@@ -32,7 +32,9 @@ def declared(radar: FakeRadar, monkeypatch: pytest.MonkeyPatch) -> FakeRadar:
     return radar
 
 
-def test_a_new_declaration_appears_where_it_acts(declared: FakeRadar, opened: Opened) -> None:
+def test_a_new_declaration_appears_where_it_acts_and_is_patched_when_it_is_moved(
+    declared: FakeRadar, opened: Opened
+) -> None:
     page = opened(BARE)
     page.wait("document.getElementById('tilt').value === '-1.25'")
     title = TUNE.description
@@ -43,10 +45,6 @@ def test_a_new_declaration_appears_where_it_acts(declared: FakeRadar, opened: Op
     assert page.ask(SECTION.format("tune")) == page.ask(SECTION.format("gain")) == "Receiver"
     for name in ("mute", "tilt", "transmit", "rpm"):
         assert page.ask(SECTION.format(name)) == "Transmitter and clock"
-
-
-def test_a_new_declaration_is_patched_when_it_is_moved(declared: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE)
     page.ask("tune.value = -7.5, tune.dispatchEvent(new Event('input'))")
     page.wait("document.getElementById('tune-value').value === '-7.5'")
     page.ask("mute.click()")
@@ -86,23 +84,21 @@ def test_a_new_scene_brings_new_limits(radar: FakeRadar, opened: Opened, monkeyp
     assert scales == ["500 m", "750 m", "1500 m", "3000 m"]
 
 
-def late(ending: str) -> str:
-    """Holds the first answer to a GET of an address with an ending until the page calls `held()`."""
-    return f"""const given = window.fetch;
-      window.fetch = async (address, options) => {{
-        const answer = await given(address, options);
-        if (options.method === 'GET' && String(address).endsWith('{ending}') && !window.held)
-          await new Promise((release) => (window.held = release));
-        return answer;
-      }};"""
-
-
-RELEASE = "held(), new Promise((done) => setTimeout(() => setTimeout(done)))"  # done after all that the answer sets off
+# Holds the first answer about the radar, and the first one about its errors, until the page calls `release()`.
+LATE = """const given = window.fetch, held = window.held = {};
+  window.release = () => Object.values(held).forEach((done) => done());
+  window.fetch = async (address, options) => {
+    const answer = await given(address, options);
+    const ending = ['/radars/0', '/errors'].find((one) => options.method === 'GET' && String(address).endsWith(one));
+    if (ending && !held[ending]) await new Promise((done) => (held[ending] = done));
+    return answer;
+  };"""
+RELEASE = "release(), new Promise((done) => setTimeout(() => setTimeout(done)))"  # done after all that the answer sets off
 
 
 def test_an_answer_from_before_a_change_is_not_shown(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE, first=late("/radars/0"))
-    page.wait("window.held")
+    page = opened(BARE, first=LATE)
+    page.wait("held['/radars/0']")
     page.ask("transmit.click()")
     page.wait("document.getElementById('transmit').ariaPressed === 'false'")
     page.ask(RELEASE)
@@ -111,25 +107,18 @@ def test_an_answer_from_before_a_change_is_not_shown(radar: FakeRadar, opened: O
     assert radar.patched == [{"transmit": False}, {"transmit": True}]
 
 
-def test_answers_that_overtake_each_other_leave_the_newest_state(radar: FakeRadar, opened: Opened) -> None:
-    page = opened(BARE, first=late("/radars/0"))
-    page.wait("window.held")
+def test_answers_that_overtake_each_other_leave_the_newest_state_and_errors(radar: FakeRadar, opened: Opened) -> None:
+    radar.gives_truth = True
+    page = opened(BARE, first=LATE)
+    page.wait("held['/radars/0'] && held['/errors']")
     radar.controls |= {"gain": 78}
     radar.tell("controls", gain=78)
-    page.wait("document.getElementById('gain-value').value === '78'")
-    page.ask(RELEASE)
-    assert page.text("#gain-value") == "78"
-
-
-def test_answers_about_errors_that_overtake_each_other_leave_the_newest_ones(radar: FakeRadar, opened: Opened) -> None:
-    radar.gives_truth = True
-    page = opened(BARE, first=late("/errors"))
-    page.wait("window.held")
     radar.errors = {"gyro": {"bias_deg": 20}}
     radar.tell("errors", gyro={"bias_deg": 20})
+    page.wait("document.getElementById('gain-value').value === '78'")
     page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro'")
     page.ask(RELEASE)
-    assert page.text("#errors-text") == "Errors: gyro"
+    assert (page.text("#gain-value"), page.text("#errors-text")) == ("78", "Errors: gyro")
 
 
 HELD = """const given = window.fetch;

@@ -17,15 +17,10 @@ pytestmark = BROWSER
 
 
 @pytest.mark.parametrize("palette", PALETTES)
-def test_stronger_echoes_are_brighter_in_every_palette(modules: Page, palette: str) -> None:
+def test_the_page_colours_echoes_as_pictures_do(modules: Page, palette: str) -> None:
     modules.ask(f"document.documentElement.dataset.palette = '{palette}'")
     table = modules.ask("import('./palette.js').then(({echoColours}) => [...echoColours()])")
     np.testing.assert_array_equal(np.array(table).reshape(256, 4)[:, :3], colour_map(palette))  # those of the Python client
-    linear = (np.array(table).reshape(256, 4)[:, :3] / 255) ** 2.2
-    luminance = linear @ [0.2126, 0.7152, 0.0722]  # ITU-R BT.709: brightness is what every eye sees alike
-    assert np.all(np.diff(luminance) > -2e-3)  # a step of a channel's 256 at full brightness is worth 2e-3 x 0.7
-    contrast = (luminance[-1] + 0.05) / (luminance[0] + 0.05)
-    assert contrast > 7  # WCAG 2.2, 1.4.6
 
 
 def luminance(colour: str) -> float:
@@ -132,15 +127,6 @@ def test_an_ended_feed_ignores_messages(modules: Page) -> None:
     })"""
     message = msgpack.packb({"type": "hello", "protocol": 1, "epoch": "one"})
     assert modules.ask(script.replace("DATA", str(list(message)))) == []
-
-
-@pytest.mark.parametrize(
-    ("reach", "unit", "step"),
-    [(5556.0, "nm", 926.0), (1389.0, "nm", 231.5), (44448.0, "nm", 7408.0), (4999.3, "m", 1000.0), (1000.0, "m", 200.0)],
-)
-def test_rings_are_at_round_ranges(modules: Page, reach: float, unit: str, step: float) -> None:
-    got = modules.ask(f"import('./units.js').then(({{ringStep}}) => ringStep({reach}, '{unit}'))")
-    assert got == pytest.approx(step, rel=1e-12)  # rounding of two products
 
 
 @pytest.mark.parametrize("unit", ["nm", "m"])

@@ -3,8 +3,6 @@
 import json
 
 from tests.clients.chromium import Page
-from tests.clients.conftest import Opened
-from tests.clients.fake_radar import FakeRadar
 from tests.clients.screen import BROWSER
 
 pytestmark = BROWSER
@@ -40,20 +38,3 @@ def test_elements_of_panels_stand_in_the_column(modules: Page) -> None:
         "new",
         "p",
     ]
-
-
-def test_the_page_tells_its_panels_of_its_own_radar_alone(radar: FakeRadar, opened: Opened) -> None:
-    """A change of commands asks for nothing, one of errors for these, one of another radar for nothing either."""
-    radar.gives_truth = True
-    page = opened()
-    page.wait(
-        "document.getElementById('errors-text').hidden && document.getElementById('scope').dataset.drawn === 'one:720'"
-    )
-    asked = radar.asked_for_errors
-    radar.errors = {"log": {}}
-    radar.tell("commands")
-    radar.tell("errors", radar="1")
-    radar.errors = {"gyro": {"bias_deg": 1}}
-    radar.tell("errors")
-    page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro'")
-    assert radar.asked_for_errors == asked + 1

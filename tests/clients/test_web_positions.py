@@ -1,4 +1,4 @@
-"""Modules of the page for positions and times: view, framing, geographic positions, trails, playout, meters."""
+"""Modules of the page for positions and times: view, framing, geographic positions, trails, playout."""
 
 import json
 from typing import Any
@@ -202,13 +202,6 @@ def test_spokes_that_cannot_be_shown_do_not_stop_later_ones(modules: Page) -> No
       playout.push({time: [2]}, 1);
       return shown;"""
     assert run(modules, "playout", "Playout", script) == ["broken", 2]
-
-
-def test_frames_are_counted_and_timed(modules: Page) -> None:
-    script = """const meter = new FrameMeter(), none = meter.rates(0);
-      for (let k = 0; k < 600; k++) meter.frame(k / 60, k / 60 + 0.002);
-      return [none, meter.rates(10).rate, meter.rates(10).work];"""
-    assert run(modules, "meter", "FrameMeter", script) == [None, pytest.approx(60), pytest.approx(0.002)]
 
 
 def test_vectors_of_the_truth_are_over_ground_or_through_the_water(modules: Page) -> None:

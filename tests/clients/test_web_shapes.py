@@ -30,6 +30,14 @@ def resize(page: Page, width: int, height: int) -> None:
     page.ask("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
 
 
+DRAWN_AT_ONCE = """new Promise((done) => {
+  const overlay = document.getElementById('overlay');
+  const look = () => overlay.getContext('2d').getImageData(0, 0, overlay.width, overlay.height).data.some((one) => one > 0);
+  new ResizeObserver(() => overlay.width === 300 && done(look())).observe(scope);
+  scope.style.width = '300px';
+})"""
+
+
 def test_picture_and_panel_have_room_on_every_shape_of_screen(radar: FakeRadar, opened: Opened) -> None:
     radar.origin = {"latitude_deg": 50.3, "longitude_deg": -101.4}
     page = opened()
@@ -47,18 +55,7 @@ def test_picture_and_panel_have_room_on_every_shape_of_screen(radar: FakeRadar, 
         echoes = page.ask("[echoes.width, echoes.height]")
         assert echoes == [round(side), round(side)]
         assert np.count_nonzero(seen(page)[..., 0] > 200) > 100
-
-
-DRAWN_AT_ONCE = """new Promise((done) => {
-  const overlay = document.getElementById('overlay');
-  const look = () => overlay.getContext('2d').getImageData(0, 0, overlay.width, overlay.height).data.some((one) => one > 0);
-  new ResizeObserver(() => overlay.width === 300 && done(look())).observe(scope);
-  scope.style.width = '300px';
-})"""
-
-
-def test_a_new_size_has_a_picture_in_its_first_frame(opened: Opened) -> None:
-    assert opened().ask(DRAWN_AT_ONCE)  # a canvas that changes its size is empty until it is drawn
+    assert page.ask(DRAWN_AT_ONCE)  # a canvas that changes its size is empty until it is drawn
 
 
 def colours(page: Page, script: str) -> list[str]:
@@ -100,13 +97,3 @@ def test_axe_finds_no_violation_in_any_palette(radar: FakeRadar, opened: Opened)
             "`${one.id}: ${one.help}: ${one.nodes.map((node) => node.html.slice(0, 120)).join(' | ')}`))"
         )
         assert found == [], palette
-
-
-def test_each_control_has_a_tooltip(radar: FakeRadar, opened: Opened) -> None:
-    """Its own, or that of its row."""
-    radar.radars.append({"id": "1", "name": "aft radar"})
-    page = opened("")
-    page.wait("document.getElementById('gain') !== null")
-    script = """[...document.querySelectorAll('#panel :is(button, select, input)')]
-      .filter((control) => !control.closest('[title]:not([title=""])')).map((control) => control.id)"""
-    assert page.ask(script) == []

@@ -9,15 +9,12 @@ import numpy as np
 import pytest
 
 from radar_service import wire
-from tests.clients.chromium import Browser, Page
+from tests.clients.chromium import Page
 from tests.clients.conftest import Opened
 from tests.clients.fake_radar import FakeRadar
 from tests.clients.screen import BARE, BROWSER, DRAWN
-from tests.clients.test_web_service import CONNECTED, Serve, serve
-from tests.clients.thin_line import ThinLine
 
 pytestmark = BROWSER
-__all__ = ["serve"]  # a fixture
 
 # A line carries `rate(now)` kB/s of a feed of 77 kB/s, as of 2502 bins a spoke. A new connection shares it for 2 s with what
 # waits in the one before. Returns lags second by second, levels, and the times of changes.
@@ -162,12 +159,17 @@ def late(radar: FakeRadar, seconds: float) -> dict[str, Any]:
     return message | {"time": [time - shift for time in message["time"]]}
 
 
-# The page decides ten times a second, instead of once; `ticks` counts. It asks for the service's time at its first one.
-OFTEN = """window.ticks = 0;
-  const every = setInterval;
-  window.setInterval = (call, ms) => every(() => { call(); ticks += 1; }, ms / 10);"""
+# After 5 s a page asks for the service's time: `ahead` [ms] brings its clock there. `ticks` counts its seconds.
+CLOCK = """window.ticks = window.ahead = 0;
+  const clock = performance.now.bind(performance), soon = requestAnimationFrame, every = setInterval;
+  performance.now = () => clock() + ahead;
+  window.requestAnimationFrame = (draw) => soon((time) => draw(time + ahead));
+  window.setInterval = (call, ms) => every(() => { call(); ticks += 1; }, ms);"""
 ASKED = """performance.getEntriesByType('resource').filter(
-    ({name, responseEnd}) => name.endsWith('/api/health') && responseEnd > 0).length > 1"""
+    ({name, responseEnd}) => name.endsWith('/api/health') && responseEnd > 0).length"""
+
+
+LAG = "Number(document.getElementById('lag-text').textContent.split(' ')[0])"  # ms
 
 
 def decided(page: Page) -> None:
@@ -175,21 +177,26 @@ def decided(page: Page) -> None:
     page.wait(f"ticks > {page.ask('ticks') + 1}")
 
 
-def test_a_burst_of_a_service_whose_time_is_not_known_is_no_lag(radar: FakeRadar, opened: Opened) -> None:
-    """The spokes of the first scan come at once, the next ones in their time."""
-    page = opened(BARE, first=OFTEN)
-    page.wait(ASKED)
-    radar.send(late(radar, 3.2))
-    page.wait("Number(document.getElementById('lag-text').textContent.split(' ')[0]) > 3000")
+def ask_time(page: Page) -> None:
+    """Returns once the page, which has the controls, has asked for the service's time, and decided."""
+    page.wait("/[0-9a]/.test(document.getElementById('gain-value').value)")  # a figure, or "auto"
+    before = page.ask(f"ahead += 5000, {ASKED}")
+    page.wait(f"{ASKED} > {before}")
     decided(page)
-    assert page.ask("document.getElementById('thinned-text').hidden && document.getElementById('banner').hidden")
-    assert [query["bins"] for query in radar.joined] == ["1024"]
 
 
 def test_the_page_says_how_far_it_is_behind_and_asks_for_less(radar: FakeRadar, opened: Opened) -> None:
+    """By the service's time: where that is not known, spokes that come at once before those that are in time are no lag."""
+    page = opened(f"{BARE}&bins=512", first=CLOCK)
+    ask_time(page)
+    radar.send(late(radar, 3.2))
+    page.wait(f"{LAG} > 3000")
+    decided(page)
+    assert page.ask("document.getElementById('banner').hidden") and len(radar.joined) == 1
     radar.health |= {"epoch": radar.epoch, "simulated_s": radar.spokes(radar.picture.azimuths - 60, 60)["time"][-1]}
-    page = opened(f"{BARE}&bins=512", first=OFTEN)
-    page.wait(ASKED)
+    ask_time(page)
+    radar.send(late(radar, 0.0))
+    page.wait(f"{LAG} < 1000")
     decided(page)
     assert radar.joined[0] | {"bins": "512", "spokes": "1", "compress": "deflate"} == radar.joined[0]
     assert page.ask("document.getElementById('thinned-text').hidden")
@@ -232,22 +239,6 @@ def test_lag_is_that_of_the_service_s_own_time(modules: Page) -> None:
       return [...lags, meter.lag, meter.certainLag];
     })"""
     assert modules.ask(script) == [0, 5, 0, 0, 0, None]
-
-
-def test_a_real_service_on_a_line_that_is_too_thin(browser: Browser, serve: Serve) -> None:
-    """Half of what the page takes unthinned arrives: it asks for less, is a little behind for a while, and says nothing then."""
-    address, _ = serve("--port", "0")
-    line = ThinLine(int(address.rstrip("/").rpartition(":")[2]))
-    try:
-        page = browser.open(f"http://127.0.0.1:{line.port}/?{BARE}")
-        page.wait(f"{CONNECTED} && Number(document.getElementById('rate-text').textContent) > 0")
-        line.rate = 40_000.0
-        page.wait("!document.getElementById('thinned-text').hidden")
-        page.wait("document.getElementById('banner').hidden")
-        assert not page.faults()
-        page.close()
-    finally:
-        line.close()
 
 
 def test_wire_and_page_name_the_same_compression(modules: Page) -> None:

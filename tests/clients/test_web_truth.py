@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-import pytest
 from numpy.typing import NDArray
 
 from tests.clients.chromium import Page
@@ -59,7 +58,8 @@ def around(lit: NDArray[np.bool_], centre: NDArray[np.float64], inner: int, oute
     return int(whole.sum() - hole.sum()) if inner else int(whole.sum())
 
 
-def test_truth_is_listed_nearest_first(radar: FakeRadar, opened: Opened) -> None:
+def test_truth_is_listed_nearest_first_and_its_marks_leave_the_echo_free(radar: FakeRadar, opened: Opened) -> None:
+    """Corners about it, and neither a ring, nor a vector, nor a name on it; what cannot be seen has dotted corners."""
     page = with_truth(radar, opened)
     coast = {"range": 20.0, "extent": 4000.0}
     ferry = at(90, 1024, velocity=[0.0, 5.0, 0.0], speed=5.0)
@@ -74,24 +74,19 @@ def test_truth_is_listed_nearest_first(radar: FakeRadar, opened: Opened) -> None
     ]
     assert page.text("#targets thead") == "NameRange, mBrgCourse, knVisible"
     assert page.ask("(({scrollWidth, clientWidth}) => scrollWidth - clientWidth)(document.querySelector('.table'))") == 0
-    page.ask("document.getElementById('truth').click()")
-    page.wait("document.getElementById('targets').hidden")
-
-
-def test_marks_leave_the_echo_free(radar: FakeRadar, opened: Opened) -> None:
-    """Corners about it, and neither a ring, nor a vector, nor a name on it; what cannot be seen has dotted corners."""
-    page = with_truth(radar, opened)
     centre, radius, _ = measure(seen(page))
     ship = at(90, 1024, velocity=[0.0, 9.0, 0.0], speed=9.0)
     send(radar, page, ferry=ship, rock=at(180, 1024, visible=False, reason="shadowed"))
     lit, far = marked(seen(page)), radius * 1024 / 2778
-    ferry, rock = centre + [far, 0], centre + [0, far]
-    for position in (ferry, rock):
+    east, south = centre + [far, 0], centre + [0, far]
+    for position in (east, south):
         assert around(lit, position, 0, HALF - 3) == 0
-    full, dotted = (around(lit, position, HALF - 3, HALF + 2) for position in (ferry, rock))
+    full, dotted = (around(lit, position, HALF - 3, HALF + 2) for position in (east, south))
     assert full > 1.3 * dotted > 0
-    x, y = np.rint(ferry).astype(int)
+    x, y = np.rint(east).astype(int)
     assert lit[y - 35 : y - HALF - 2, x - 1 : x + 2].any() and not lit[y - HALF + 3 : y, x - 1 : x + 2].any()  # the vector
+    page.ask("document.getElementById('truth').click()")
+    page.wait("document.getElementById('targets').hidden")
 
 
 def test_no_name_is_left_out_in_silence(radar: FakeRadar, opened: Opened) -> None:
@@ -147,25 +142,25 @@ def test_a_label_stands_at_the_right_where_there_is_room_and_else_at_the_end_of_
     assert placed(modules, [[200, 200, 50], [30, 300, 900]])[1] is None  # wider than the picture
 
 
-@pytest.mark.parametrize("gives_truth", [True, False])
-def test_errors_on_purpose_are_told_beside_the_heading_but_not_in_a_blind_test(
-    radar: FakeRadar, opened: Opened, gives_truth: bool
-) -> None:
-    radar.gives_truth, radar.errors = gives_truth, {"gyro": {"bias_deg": 20}, "feed": {"drop_rate": 0.1}}
+ERRORS = {"gyro": {"bias_deg": 20}, "feed": {"drop_rate": 0.1}}
+
+
+def test_errors_on_purpose_are_told_beside_the_heading(radar: FakeRadar, opened: Opened) -> None:
+    radar.gives_truth, radar.errors = True, ERRORS
     page = opened(BARE)
-    if gives_truth:
-        page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro, feed'")
-        assert page.ask("document.getElementById('errors-text').offsetHeight") > 0
-        radar.errors = {}
-        radar.send(radar.hello())
-        page.wait("document.getElementById('errors-text').hidden")
-    else:
-        page.wait("document.getElementById('heading-text').textContent !== '–'")
-        assert page.ask("document.getElementById('errors-text').hidden") and radar.asked_for_errors == 0
+    page.wait("document.getElementById('errors-text').textContent === 'Errors: gyro, feed'")
+    assert page.ask("document.getElementById('errors-text').offsetHeight") > 0
+    radar.errors = {}
+    radar.send(radar.hello())
+    page.wait("document.getElementById('errors-text').hidden")
 
 
-def test_truth_cannot_be_selected_if_the_service_does_not_send_it(radar: FakeRadar, opened: Opened) -> None:
+def test_a_service_without_truth_gives_neither_marks_nor_errors(radar: FakeRadar, opened: Opened) -> None:
+    """A blind test stays blind."""
+    radar.errors = ERRORS
     page = opened(f"{BARE}&truth=on")
+    page.wait("document.getElementById('heading-text').textContent !== '–'")
+    assert page.ask("document.getElementById('errors-text').hidden") and radar.asked_for_errors == 0
     assert page.ask("document.getElementById('truth').disabled")
     assert "truth" not in radar.joined[-1]
     assert "--truth" in page.ask("document.getElementById('truth-row').title")

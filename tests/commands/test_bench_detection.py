@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.commands.command_line import parser
 
 FILE = """
 question = "?"
@@ -53,8 +52,3 @@ def test_a_sea_is_measured(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "8 of 10 scans" in (out / "detection.html").read_text()
     assert main([*common, "--looks", "9/8"]) == 2 and "9 of 8 is not allowed" in capsys.readouterr().err
     assert main([*common, "--looks", "x"]) == 2
-
-
-def test_bench_detection_has_a_default_scenario() -> None:
-    options = parser().parse_args(["bench-detection", "-o", "out"])
-    assert (options.scenario, options.scans, options.ranges, str(options.out)) == ("msc192-table2", 100, 16, "out")

@@ -7,7 +7,6 @@ import pytest
 
 from radar_service.__main__ import main
 from radar_service.bench.ladder.series import ladders
-from radar_service.commands.command_line import parser
 from tests.bench.ladder.test_series import LADDER, ladder
 
 pytest.importorskip("stonesoup", reason="the extra `tracking` is absent")
@@ -35,8 +34,3 @@ def test_a_tracker_is_ranked_against_the_reference(
     assert [row["tracker"] for row in report["leaderboard"]] == ["gnn", "none:T"]
     assert report["leaderboard"][1]["mean"] == 1.0 > report["leaderboard"][0]["mean"]
     assert report["seeds"] == 2 and Path("bench-plots/noisy-2-1.json.gz").exists()
-
-
-def test_defaults_and_values() -> None:
-    options = parser().parse_args(["bench-ladder", "clutter", "-o", "out", "--tracker", "a", "--tracker", "b"])
-    assert (options.ladders, options.seeds, options.trackers, str(options.out)) == (["clutter"], 20, ["a", "b"], "out")

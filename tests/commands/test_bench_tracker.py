@@ -12,7 +12,6 @@ from radar_service.__main__ import main
 from radar_service.bench.run import simulator_of
 from radar_service.bench.scenario import load_scenario, scenarios
 from radar_service.commands.bench_tracker import UNDECIDED
-from radar_service.commands.command_line import parser
 from radar_service.recording import read
 from tests.bench.test_bench import FILE
 
@@ -37,12 +36,6 @@ def test_a_run_writes_a_report_and_compares(tmp_path: Path, capsys: pytest.Captu
     assert "ospa_m" in capsys.readouterr().out
 
 
-def test_defaults_and_values() -> None:
-    options = parser().parse_args(["bench-tracker", "a", "b", "-o", "out", "--seeds", "59"])
-    assert (options.scenarios, options.seeds, options.tracker, str(options.out)) == (["a", "b"], 59, "gnn", "out")
-    assert options.jobs >= 1 and not options.list and options.compare is None
-
-
 def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scans: int = 3) -> list[str]:
     """A command with a tracker that raises a KeyError."""
     (tmp_path / "faulty.py").write_text("class T:\n    def update(self, scan):\n        return {}['x']\n")
@@ -51,16 +44,23 @@ def faulty(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, scans: int = 3) -> l
     return ["bench-tracker", "small.toml", "--jobs", "1", "--tracker", "faulty:T", "-o", "out"]
 
 
-def test_a_tracker_that_raises_is_a_failed_run(
+def test_a_tracker_that_raises_is_a_failed_run_that_is_made_again_by_its_seed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`'x'` is all that a KeyError says: the last line of its traceback names it."""
+    """`'x'` is all that a KeyError says: the last line of its traceback names it. It is made again by a command of the report."""
     assert main([*faulty(tmp_path, monkeypatch), "--smoke"]) == 1
     printed = capsys.readouterr().out
     assert printed.startswith("3 seeds of each scenario: gross misses fail; a third of them in clutter\n")
     lines = [line for line in printed.splitlines() if line.startswith("small, seed ") and ": failed at scan 0: " in line]
     assert len({*lines}) == 3 and all(line.endswith("exit status 1; it said: KeyError: 'x'") for line in lines)
     assert not any(line.startswith("small, seed 0:") for line in lines)  # blind by default
+    again = printed.splitlines()[-2].removeprefix("the worst run again: radar-service ")
+    (worst, *_) = json.loads(Path("out/report.json").read_text())["scenarios"][0]["failed_runs"]
+    assert main(again.split()) == 1
+    assert "run again:" not in capsys.readouterr().out
+    one = json.loads(Path("again/report.json").read_text())
+    assert one["scenarios"][0]["failed_runs"] == [worst]
+    assert one["sheet"]["again"].endswith(f" --seed {worst['seed']}")
 
 
 def test_strict_takes_undecided_for_failed_and_junit_says_each_limit(
@@ -95,18 +95,3 @@ def test_failed_runs_are_recorded_about_their_gravest_event(
     scans = list(read(Path("out/small-seed-1.mcap")).scans())
     assert [scan.number for scan in scans] == [7, 8, 9, 10, 11]
     assert np.array_equal(scans[0].field, simulator.scan().field)
-
-
-def test_one_run_is_made_again_by_its_seed(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """By the command that a blind report tells."""
-    command = faulty(tmp_path, monkeypatch)
-    assert main([*command, "--smoke", "--seeds", "1"]) == 1
-    again = capsys.readouterr().out.splitlines()[-2].removeprefix("the worst run again: radar-service ")
-    (scenario,) = json.loads(Path("out/report.json").read_text())["scenarios"]
-    assert main(again.split()) == 1
-    assert "run again:" not in capsys.readouterr().out
-    one = json.loads(Path("again/report.json").read_text())
-    assert one["scenarios"][0]["failed_runs"] == scenario["failed_runs"]
-    assert one["sheet"]["again"].endswith(f" --seed {scenario['seeds'][0]}")

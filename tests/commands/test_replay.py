@@ -5,8 +5,10 @@ import asyncio
 import json
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 
@@ -17,13 +19,15 @@ from radar_service.commands.command_line import parser
 from radar_service.commands.replay import seconds
 from radar_service.recording import read
 from radar_service.recording.chunk_table import ChunkTable
+from radar_service.recording.replay_station import ReplaySpokeSource
+from radar_service.records import SpokeBlock
 from tests.ports.asterix.reading import videos
 from tests.ports.nmea.test_senders import free_port
 from tests.ports.udp.test_capture import frames
 from tests.recording.scenes import AZIMUTHS, MOVING, spokes_of
 
 
-def test_a_running_service_is_recorded_and_replayed(tmp_path: Path) -> None:
+def test_a_running_service_is_recorded_and_replayed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Over sockets: what a lossless client of `serve --record` receives is what one of `replay` receives."""
     (tmp_path / "scene.json").write_text(json.dumps(MOVING))
     path = tmp_path / "live.mcap"
@@ -39,9 +43,22 @@ def test_a_running_service_is_recorded_and_replayed(tmp_path: Path) -> None:
     )
     both = sent.keys() & replayed.keys()
     assert len(both) >= 3 * AZIMUTHS and all(sent[number] == replayed[number] for number in both)
-    late = listened(["replay", str(path), "--from", "2"], 5)
-    assert late[0]["data"] == next(spoke["data"] for spoke in live if spoke["time"] >= 2)
+    assert next(later(path, monkeypatch)).field[0].tobytes() == next(spoke["data"] for spoke in live if spoke["time"] >= 2)
     assert read(path).truth_lines(0) and ChunkTable(path).channels["/radar/0/ppi"]
+
+
+def later(path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SpokeBlock]:
+    """The spokes that `replay --from 2` hands to its server."""
+    given: list[ReplaySpokeSource] = []
+
+    def serve(options: Any, access: Any, scenes: Callable[[], list[list[ReplaySpokeSource]]], *others: Any) -> int:
+        given.extend(source for scene in scenes() for source in scene)
+        return 0
+
+    monkeypatch.setattr("radar_service.ports.running.run", serve)
+    monkeypatch.setattr("radar_service.commands.replay.ForkServer", lambda *modules: MagicMock())
+    assert main(["replay", str(path), "--from", "2"]) == 0
+    return given[0].blocks(size=1)
 
 
 def listened(command: list[str], count: int) -> list[dict[str, Any]]:

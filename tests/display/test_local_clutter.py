@@ -85,14 +85,6 @@ def test_land_behind_the_sea_is_not_subtracted() -> None:
     assert (level_of(power)[:, land] - sea_db).max() < 6.0 + 2.0  # dB; the level before the coast errs by 1 dB
 
 
-def test_each_spoke_is_judged_by_itself() -> None:
-    power = (sea_mean(30.0) * exponential(6, 17)).astype(np.float32)
-    whole = clutter_level(power, 1.0, RANGE[0], STEP)
-    for size in (1, 5, 16):
-        parts = [clutter_level(power[k : k + size], 1.0, RANGE[0], STEP) for k in range(0, 17, size)]
-        np.testing.assert_array_equal(np.concatenate(parts), whole)
-
-
 @pytest.mark.parametrize("cells", [1, 3, 16, 17, 40, 200])
 def test_short_spokes_and_cells_without_power_are_possible(cells: int) -> None:
     level = clutter_level(np.zeros((2, cells), np.float32), 1e-15, 5.0, 10.0)

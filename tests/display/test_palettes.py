@@ -45,6 +45,8 @@ def test_stronger_is_lighter_for_every_eye(palette: str, eye: str) -> None:
     # Rounding to 8 bits makes neighbours tie or slip: one count of green, the heaviest channel, is 0.4 L* in the dark.
     assert (np.diff(light[1:]) > -0.4).all()
     assert light[-1] - light[1] > 40.0
+    sea, *_, strongest = luminance(colour_map(palette))
+    assert (strongest + 0.05) / (sea + 0.05) > 7  # WCAG 2.2, 1.4.6
 
 
 @pytest.mark.parametrize("eye", EYES)

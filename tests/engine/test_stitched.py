@@ -12,7 +12,7 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import StitchedEngine, near_seed, pulse_gain, pulse_scenes
 from radar_service.records.fidelity import PRESETS
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
-from radar_service.world.materials import MATERIALS
+from radar_service.world.body import MATERIALS
 from tests.alone import clutter_of
 from tests.scenes import point, scene
 

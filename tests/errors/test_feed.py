@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import radar_service as rs
 from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.numerics.types import Flags
@@ -68,24 +67,17 @@ def test_decisions_depend_on_seed_radar_and_number_alone() -> None:
         np.testing.assert_array_equal(value, expected[123:223])
     for other in (law(seed=4, drop_rate=0.3), law(key=9, drop_rate=0.3)):
         assert (other.decisions(0, 500).dropped != one.dropped).any()
+    few = law(drop_rate=0.1).decisions(0, 500).dropped  # more errors hit the same spokes, and others
+    assert one.dropped[few].all() and one.dropped.sum() > few.sum()
 
 
-def test_more_errors_hit_the_same_spokes_and_others() -> None:
-    few, many = (law(drop_rate=rate).decisions(0, 500).dropped for rate in (0.1, 0.3))
-    assert (many[few]).all() and many.sum() > few.sum()
-
-
-def test_dropped_spokes_are_not_sent() -> None:
+def test_dropped_spokes_are_not_sent_and_repeated_ones_twice_in_a_row() -> None:
+    repeated = law(repeat_rate=0.2).decisions(0, 4 * AZIMUTHS).repeated
+    assert sent(law(repeat_rate=0.2)) == [n for n in range(4 * AZIMUTHS) for _ in range(1 + int(repeated[n]))]
     rules = law(drop_rate=0.2)
     expected = np.flatnonzero(~rules.decisions(0, 4 * AZIMUTHS).dropped).tolist()
     assert sent(rules) == expected and len(expected) < 4 * AZIMUTHS
     assert sent(law(drop_rate=1)) == []
-
-
-def test_repeated_spokes_are_sent_twice_in_a_row() -> None:
-    rules = law(repeat_rate=0.2)
-    repeated = rules.decisions(0, 4 * AZIMUTHS).repeated
-    assert sent(rules) == [n for n in range(4 * AZIMUTHS) for _ in range(1 + int(repeated[n]))]
 
 
 def test_a_swapped_spoke_follows_the_next_one() -> None:
@@ -151,6 +143,7 @@ def test_a_stuck_sector_keeps_the_echoes_of_its_first_scan() -> None:
     rules, arranger = law(stuck_sector_deg=[80, 100]), FeedArranger(RADAR)
     stuck = rules.decisions(0, AZIMUTHS).in_stuck_sector
     assert stuck.sum() == 3  # 84.4, 90 and 95.6 degrees
+    assert law(stuck_sector_deg=[350, 10]).decisions(0, AZIMUTHS).in_stuck_sector.nonzero()[0].tolist() == [0, 1, 63]
     for block in blocks(3, 16):
         for part in arranger.arranged(block, rules):
             index = part.index + np.arange(len(part))
@@ -163,10 +156,6 @@ def test_a_stuck_sector_keeps_the_echoes_of_its_first_scan() -> None:
     np.testing.assert_array_equal(fresh.power[:, 0], 3 * AZIMUTHS + np.arange(AZIMUTHS))
     again = arranger.arranged(blocks(1, AZIMUTHS, 4)[0], rules)[0]
     np.testing.assert_array_equal(again.power[:, 0], 4 * AZIMUTHS + np.arange(AZIMUTHS))
-
-
-def test_a_sector_across_north_is_one_sector() -> None:
-    assert law(stuck_sector_deg=[350, 10]).decisions(0, AZIMUTHS).in_stuck_sector.nonzero()[0].tolist() == [0, 1, 63]
 
 
 def test_counts_say_what_happened_to_the_spokes() -> None:
@@ -226,21 +215,3 @@ def test_late_spokes_keep_their_labels_and_join_no_others() -> None:
 def test_runs_join_what_is_consecutive() -> None:
     parts = [block_of(n, 1, AZIMUTHS) for n in (62, 63, 64, 65, 65, 67)]
     assert [(run.first, len(run)) for run in runs(parts)] == [(62, 2), (64, 2), (65, 1), (67, 1)]
-
-
-def test_labels_go_with_the_echoes() -> None:
-    """In a stuck sector they are those of the first scan, and a late spoke brings its own."""
-    scene = rs.load_scene({
-        "radar": {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6}, "environment": {"noise": True},
-        "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 5], "rcs_dbsm": 20, "speed_kn": 300}],
-        "errors": {"feed": {"stuck_sector_deg": [350, 10]}},
-    })  # fmt: skip
-    simulator = rs.Simulator(scene, "fast", labels=True)
-    first, second = list(simulator.feed(1)), list(simulator.feed(1))
-    assert first[0].labels is not None and (first[0].labels == 256).any()
-    np.testing.assert_array_equal(second[0].labels, first[0].labels)
-    np.testing.assert_array_equal(second[0].power, first[0].power)
-    plain = rs.Simulator(scene, "fast", labels=True)
-    plain.set_errors(None)
-    plain.skip_to(1)
-    assert (plain.scan().labels[0] != first[0].labels).any()

@@ -1,5 +1,6 @@
 """Errors of a run, in process: when they act, and what the truth says of them."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from radar_service.errors import reporter
 from radar_service.errors.reporter import ErrorReporter, ErrorTimeline
 from radar_service.numerics.frames import wrap_angle
 from radar_service.records.spokes import SpokeBlock
-from radar_service.world.error_settings import AntennaErrors, ErrorSettings
+from radar_service.world.reporting import AntennaErrors, ErrorSettings
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 BAD_FEED = {
@@ -52,11 +53,7 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
             spoke = spokes[min(record.spoke, last) if isinstance(record, rs.Crossing) else last]
             own, reported = record.own_ship, record.own_ship.reported
             assert reported is not None and spoke.true is not None and truly.own_ship.reported is None
-            assert (own.heading, own.position, own.speed) == (
-                truly.own_ship.heading,
-                truly.own_ship.position,
-                truly.own_ship.speed,
-            )
+            assert replace(own, reported=None) == truly.own_ship
             offset = np.subtract(reported.position, own.position)
             np.testing.assert_allclose(offset[:2], np.subtract(spoke.position, spoke.true.position), atol=1e-12)
             assert offset[2] == 0.0
@@ -67,12 +64,10 @@ def test_truth_says_what_the_nearest_spoke_reports() -> None:
                 error = wrap_angle(np.array(spoke.azimuth - spoke.true.azimuth + spoke.true.heading))
             else:
                 assert reported.heading is not None and reported.course is not None
-                for value, true, name in (
-                    (reported.heading, own.heading, "heading"),
-                    (reported.course, own.course, "course"),
-                ):
-                    expected_error = getattr(spoke, name) - getattr(spoke.true, name)
-                    assert wrap_angle(np.array(value - true)) == pytest.approx(wrap_angle(expected_error), abs=1e-12)
+                for name in ("heading", "course"):
+                    value, true = getattr(reported, name), getattr(own, name)
+                    sent_error = float(wrap_angle(np.array(getattr(spoke, name) - getattr(spoke.true, name))))
+                    assert wrap_angle(np.array(value - true)) == pytest.approx(sent_error, abs=1e-12)
             assert reported.azimuth_error == pytest.approx(float(error), abs=1e-12)
 
 
@@ -110,11 +105,8 @@ def test_the_feed_in_process_meets_the_errors_and_the_truth_counts_them() -> Non
         of_scan = [n for n in numbers if n // AZIMUTHS == scan]
         assert AZIMUTHS - len(set(of_scan)) == count.dropped > 0
         assert len(of_scan) - len(set(of_scan)) == count.repeated > 0 and count.late > 0 and count.out_of_order > 0
-        stuck = {
-            spoke.number
-            for spoke in sent
-            if spoke.scan == scan and not np.array_equal(spoke.power, spokes[spoke.number].power)
-        }
+        changed = [spoke for spoke in sent if not np.array_equal(spoke.power, spokes[spoke.number].power)]
+        stuck = {spoke.number for spoke in changed if spoke.scan == scan}
         assert len(stuck) == count.stuck and (count.stuck > 0) is (scan > 0)
         assert count.heading_lost == len({s.number for s in sent if s.scan == scan and np.isnan(s.heading)})
     assert counts[1] is not None and counts[1].heading_lost > 0
@@ -167,11 +159,11 @@ ONE, TWO = (ErrorSettings(antenna=AntennaErrors(angle, 0.0, 0.0, 0.0)) for angle
 
 def test_a_change_acts_from_its_spoke_on() -> None:
     timeline = ErrorTimeline()
-    assert timeline.latest is None and not timeline.has_errors
+    assert timeline.errors is None and not timeline.has_errors
     timeline.set(ONE, 10)
     timeline.set(None, 20)
     assert [timeline.at(number) for number in (0, 9, 10, 19, 20, 99)] == [None, None, ONE, ONE, None, None]
-    assert timeline.latest is None and timeline.has_errors
+    assert timeline.errors is None and timeline.has_errors
     assert timeline.changes(0, 100) == [10, 20] and timeline.changes(10, 20) == []
 
 

@@ -6,11 +6,24 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.errors.sensors import EAST, GYRO, LOG, NORTH, AntennaLaw, SensorLaws, SensorNoise, backlash, is_lost
+from radar_service.errors.sensors import (
+    BLOCK,
+    EAST,
+    GYRO,
+    LOG,
+    NORTH,
+    SINUSOIDS,
+    SensorLaws,
+    SensorNoise,
+    antenna_error,
+    backlash,
+    draws,
+    is_lost,
+)
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.reports import Readings
-from radar_service.world.error_settings import AntennaErrors
+from radar_service.world.reporting import AntennaErrors
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 DEGREE, KNOT = np.pi / 180.0, 1852 / 3600
@@ -142,21 +155,14 @@ NUMBER = np.arange(len(ANGLES))
 
 def error(misalignment: float = 0.0, play: float = 0.0, noise: float = 0.0, step: float = 0.0) -> Floats:
     """The errors at ANGLES."""
-    law = AntennaLaw(AntennaErrors(misalignment, play, noise, step), 3, 1)
-    return law.error(NUMBER, 0.01 * NUMBER, ANGLES)
+    return antenna_error(AntennaErrors(misalignment, play, noise, step), SensorNoise(0.0, 3, 1).at(NUMBER, ANGLES), ANGLES)
 
 
-def test_misalignment_is_added() -> None:
-    np.testing.assert_array_equal(error(misalignment=0.02), np.full(len(ANGLES), 0.02))
-
-
-def test_play_is_zero_along_and_across_the_wind_and_changes_sign_four_times() -> None:
+def test_play_is_zero_along_and_across_the_wind_and_evenly_distributed() -> None:
+    """It changes its sign four times a turn."""
     quarter = np.pi / 2.0
     np.testing.assert_allclose(backlash(quarter * np.arange(4)), 0.0, atol=1e-15)  # rounding of sin(2 pi)
     np.testing.assert_allclose(backlash(quarter * (np.arange(4) + 0.5)), [1, -1, 1, -1], atol=1e-7)  # arcsin near 1
-
-
-def test_play_is_evenly_distributed() -> None:
     counts, _ = np.histogram(error(play=0.05), 10, (-0.05, 0.05))
     assert np.abs(counts - len(ANGLES) / 10).max() <= 4  # four sides of the triangle wave, one sample at each end
 
@@ -172,3 +178,56 @@ def test_the_encoder_is_noisy() -> None:
     values = error(noise=0.01)
     assert values.std() == pytest.approx(0.01, rel=4.4 / np.sqrt(2.0 * len(ANGLES)))  # 4.4 standard errors: level 1e-5
     assert abs(values.mean()) < 4.4 * 0.01 / np.sqrt(len(ANGLES))
+
+
+# Noise of sensors against its law. Seeds are fixed; bounds are 4.4 standard errors, a level of 1e-5 for each.
+SEEDS, SIGMAS = 3000, 4.4
+TIME = 30.0  # s, the correlation time
+LAGS = TIME * np.array([0.0, 0.5, 1.0, 2.0])
+
+
+def test_mean_deviation_and_correlation_over_many_seeds() -> None:
+    start = 1234.5
+    values = np.array([SensorNoise(TIME, seed, 1).at(np.zeros(4, dtype=np.int64), start + LAGS) for seed in range(SEEDS)])
+    assert np.abs(values.mean(axis=0)).max() < SIGMAS / np.sqrt(SEEDS)
+    kurtosis = 3.0 - 1.5 / SINUSOIDS
+    assert np.abs(np.mean(values**2, axis=0) - 1.0).max() < SIGMAS * np.sqrt((kurtosis - 1.0) / SEEDS)
+    correlation = np.mean(values[:, :1] * values, axis=0)
+    expected = np.exp(-LAGS / TIME)
+    error = SIGMAS * np.sqrt((1.0 + expected**2) / SEEDS)  # of the product of two normal numbers
+    assert (np.abs(correlation - expected) < error).all()
+
+
+def test_a_single_run_has_the_deviation_and_the_correlation_time_too() -> None:
+    """Over 2000 correlation times; frequencies are one in each of equal shares, which leaves less than 0.05 of either."""
+    step = TIME / 10.0
+    values = SensorNoise(TIME, 5, 1).at(np.zeros(20_000, dtype=np.int64), step * np.arange(20_000))
+    assert abs(values.mean()) < 0.05 and values.std() == pytest.approx(1.0, abs=0.05)
+    assert np.mean(values[:-10] * values[10:]) == pytest.approx(np.exp(-1.0), abs=0.05)
+
+
+def test_noise_is_a_function_of_time() -> None:
+    noise, number = SensorNoise(TIME, 5, 1), np.arange(100)
+    whole = noise.at(number, 0.1 * number)
+    np.testing.assert_array_equal(SensorNoise(TIME, 5, 1).at(number[40:], 0.1 * number[40:]), whole[40:])
+    for other in (SensorNoise(TIME, 6, 1), SensorNoise(TIME, 5, 2)):
+        assert abs(np.mean(other.at(number, 40.0 * number) * noise.at(number, 40.0 * number))) < SIGMAS / np.sqrt(100)
+
+
+def test_without_a_correlation_time_spokes_are_independent() -> None:
+    number = np.arange(50_000)
+    values = SensorNoise(0.0, 5, 1).at(number, np.zeros(50_000))
+    assert abs(values.mean()) < SIGMAS / np.sqrt(50_000)
+    assert abs(np.mean(values**2) - 1.0) < SIGMAS * np.sqrt(2.0 / 50_000)
+    assert abs(np.mean(values[1:] * values[:-1])) < SIGMAS / np.sqrt(50_000)
+    some = np.array([BLOCK - 1, BLOCK, 7, 40_000])
+    np.testing.assert_array_equal(SensorNoise(0.0, 5, 1).at(some, np.zeros(4)), values[some])
+
+
+def test_uniform_draws_are_even_and_belong_to_their_spoke() -> None:
+    values = draws(np.arange(20_000), 2, 9, 4)
+    assert values.min() >= 0.0 and values.max() < 1.0
+    counts = np.stack([np.histogram(column, 20, (0.0, 1.0))[0] for column in values.T])
+    chi_square = ((counts - 1000.0) ** 2 / 1000.0).sum(axis=1)
+    assert chi_square.max() < 57.0  # chi-square of 19 degrees of freedom at a level of 1e-5
+    np.testing.assert_array_equal(draws(np.array([300, 5]), 2, 9, 4), values[[300, 5]])

@@ -93,15 +93,18 @@ async def feed(size: int) -> None:
     view = View("u8")
 
     async def publish() -> None:
+        while not server.started:
+            await asyncio.sleep(0.01)
         data = wire.pack({"type": "spokes", "epoch": station.hub.epoch, "first": 0, "count": 1, "data": b""})
         data += bytes(size - len(data))
         while True:
             await station.hub.publish(EncodedBatch(station.hub.epoch, station.hub.next, 1, {view: data}))
             await asyncio.sleep(0 if station.hub.clients else 0.01)
 
-    running: list[asyncio.Task[None]] = []
-    server = Server(config, Stations([station]).stop, lambda: running.append(asyncio.ensure_future(publish())), requests)
+    server = Server(config, Stations([station]).stop, requests)
+    publishing = asyncio.create_task(publish())
     await server.serve(sockets=[listening_socket("127.0.0.1", 0)])
+    publishing.cancel()
 
 
 def serve(kind: str, size: int) -> None:

@@ -21,7 +21,7 @@ from radar_service.processes.fork_server import ForkServer
 from radar_service.records.spokes import SpokeBlock
 from radar_service.service.radio.pacing import Schedule
 from radar_service.service.radio.scene_process import SceneProcessMaker
-from radar_service.service.radio.station import Station
+from radar_service.service.radio.station import Station, Stations
 from radar_service.service.scene_request import SceneRequest
 from radar_service.spoke_source import SpokeSource
 from tests.measurements.with_azimuths import WithAzimuths
@@ -82,7 +82,7 @@ def main(azimuths: int, bins: int, name: str = "") -> None:
     app = create_app([station], fork_server=fork_server)
     config = configuration(app, connections=2000)
     listener = listening_socket("127.0.0.1", 0)
-    server = Server(config, [station], lambda: None, Requests())
+    server = Server(config, Stations([station]).stop, Requests())
     signal.signal(signal.SIGTERM, lambda *_: None)  # uvicorn stops at it and raises it again, which must not be our end
     gc.collect()
     gc.freeze()

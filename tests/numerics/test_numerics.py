@@ -15,8 +15,8 @@ from radar_service.numerics.gamma_law import clutter_level_factor, known_level_f
 from radar_service.numerics.kaiser_bessel import MIN_OVERSAMPLING, kernel_transform, shape_parameter
 from radar_service.numerics.ragged import batches, spans
 from radar_service.numerics.random import generator, name_key, normals
-from radar_service.receive.detection import square_law
 from radar_service.records.fidelity import PRESETS
+from radar_service.records.spokes import square_law
 from tests.scenes import point, scene
 
 

@@ -89,7 +89,7 @@ assert dict(os.environ) == before, "simulation"
 
 
 def test_limit_is_in_force_while_costs_are_measured(host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In set-up, in each block and in the documented fidelity it is by tests/numerics/test_arithmetic.py."""
+    """In set-up, in each block and in the documented fidelity it is by tests/numerics/test_arithmetic_name.py."""
     seen: list[Numbers] = []
     measure = cost_model.timed_costs
     monkeypatch.setattr(cost_model, "timed_costs", lambda *given: (seen.append(numbers()), measure(*given))[1])

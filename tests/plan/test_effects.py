@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 import radar_service as rs
+from radar_service.plan.cost_model import Costs, EngineStatistics
 from radar_service.plan.effects import effects, missed_area
-from radar_service.plan.statistics import Costs, EngineStatistics
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.plan_item import PlanItem
 from tests.scenes import point, scene
@@ -31,7 +31,9 @@ def everything(**radar: Any) -> rs.Scene:
 
 
 def test_what_is_not_requested_is_not_modelled() -> None:
-    result = items(scene([point("t", 0, 500)]))
+    """The receiver is the cost of range where there is no noise."""
+    result = items(scene([point("t", 0, 500)]), statistics=EngineStatistics(costs=COSTS))
+    assert (result["range"].microseconds, result["noise"].microseconds) == (4.0, None)
     off = {"eclipsing", "multipath", "gas and rain loss", "noise", "sea clutter", "rain clutter"}
     assert {what for what, item in result.items() if not item.modelled} == off
     assert result["multipath"].how == "not requested" and "motion" not in result and "interference" not in result
@@ -42,11 +44,6 @@ def test_what_is_requested_is_modelled_with_its_cost() -> None:
     assert {what for what, item in result.items() if not item.modelled} == {"Doppler within the pulse"}
     costs = {what: item.microseconds for what, item in result.items() if item.microseconds is not None}
     assert costs == {"motion": 1.0, "noise": 4.0, "sea clutter": 8.0, "interference": 16.0}
-
-
-def test_the_receiver_is_the_cost_of_range_where_there_is_no_noise() -> None:
-    result = items(scene([point("t", 0, 500)]), statistics=EngineStatistics(costs=COSTS))
-    assert (result["range"].microseconds, result["noise"].microseconds) == (4.0, None)
 
 
 def test_a_flat_earth_raises_targets_by_the_parabola() -> None:
@@ -93,11 +90,9 @@ def test_doppler_within_a_pulse_is_stated_where_a_chirp_meets_motion() -> None:
 
 def test_doppler_moves_echoes_of_nonlinear_chirps_farther() -> None:
     """The group delay rises faster in the middle of the band: 2.06 times for Nuttall's window."""
-    moving, result = [point("t", 0, 500, speed_kn=20, course_deg=0)], []
-    for modulation in ("lfm", "nlfm"):
-        result.append(
-            items(scene(moving, radar={"modulation": modulation, "window": "nuttall"}))["Doppler within the pulse"]
-        )
+    moving = [point("t", 0, 500, speed_kn=20, course_deg=0)]
+    radars = [{"modulation": modulation, "window": "nuttall"} for modulation in ("lfm", "nlfm")]
+    result = [items(scene(moving, radar=radar))["Doppler within the pulse"] for radar in radars]
     assert "up to 0.013 range cells" in result[1].how
     assert 10 ** ((result[1].field_db - result[0].field_db) / 20) == pytest.approx(2.065, abs=1e-3)
 
@@ -146,18 +141,14 @@ def test_second_time_echoes_fold_at_the_unambiguous_range() -> None:
 
 def test_beacons_have_a_line_with_those_that_cannot_answer() -> None:
     """An answer of a thousandth of the noise is left out: 0.0087 dB of two in one cell. A SART does not answer in S band."""
-    bodies = [
-        point("k", 0, 500, racon={"letter": "K"}),
-        point("d", 0, 900, racon={"letter": "D"}),
-        point("raft", 50, 90, sart={}),
-    ]
-    s_band, statistics = (
-        {"frequency_hz": 3.05e9},
-        EngineStatistics(costs=Costs(1.0, 2.0, 4.0, 8.0, 32.0, effects={"interference": 16.0, "beacon": 64.0})),
-    )
+    racons = [point(letter, 0, 500, racon={"letter": letter}) for letter in "KD"]
+    bodies, s_band = [*racons, point("raft", 50, 90, sart={})], {"frequency_hz": 3.05e9}
+    statistics = EngineStatistics(costs=replace(COSTS, effects={"interference": 16.0, "beacon": 64.0}))
     item = items(scene(bodies, radar=s_band, environment={"noise": True}), statistics=statistics)["beacons"]
     assert item.modelled and item.microseconds == 64.0 and item.power_db == pytest.approx(10 * math.log10(1.002))
-    assert item.how.startswith("2 racons, 1 sart: ") and item.how.endswith("carrier or pulse: raft")
+    assert item.how.startswith("2 racons, 1 sart: ") and item.how.endswith(
+        "not triggered by this radar's carrier or pulse: raft"
+    )
     silent = items(scene(bodies[2:], radar=s_band), statistics=statistics)["beacons"]
     assert not silent.modelled and silent.power_db is None
     assert items(scene(bodies))["beacons"].power_db is None and "beacons" not in items(scene([point("t", 0, 500)]))
@@ -187,23 +178,7 @@ def test_structures_and_false_echoes_are_named_with_levels_and_cost() -> None:
 
 def test_multipath_says_that_land_reflects_where_there_is_land() -> None:
     """A wooden hull is no land; a box of sand is."""
-    hull = {
-        "name": "hull",
-        "shape": "hull",
-        "material": "wood",
-        "length_m": 20,
-        "beam_m": 5,
-        "height_m": 3,
-        "position_m": [0, 500, 0],
-    }
-    sand = {
-        "name": "spit",
-        "shape": "box",
-        "material": "sand",
-        "length_m": 90,
-        "width_m": 40,
-        "height_m": 1,
-        "position_m": [0, 300, 0],
-    }
+    hull = {"name": "hull", "shape": "hull", "material": "wood", "length_m": 20, "beam_m": 5, "height_m": 3}
+    sand = {"name": "spit", "shape": "box", "material": "sand", "length_m": 90, "width_m": 40, "height_m": 1}
     texts = [items(scene(bodies, environment={"multipath": True}))["multipath"].how for bodies in ([hull], [hull, sand])]
     assert texts[1] == texts[0] + "; land reflects in place of the sea, as rough as its material"

@@ -7,38 +7,24 @@ import re
 from dataclasses import asdict
 from itertools import chain
 from pathlib import Path
-from typing import Any
 
+import numpy as np
 import pytest
 
 import radar_service as rs
 from radar_service.believed.verdicts import chosen_rows
-from radar_service.engine.preparation import Prepared, prepare
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
+from radar_service.plan import plan as plans
 from radar_service.plan.body_errors import aspects_db
-from radar_service.plan.budget import (
-    DEFAULT_DB,
-    ERROR_HELP,
-    MAX_DB,
-    MIN_DB,
-    STEPS_DB,
-    ErrorBudget,
-    error_budget,
-    finite_pace,
-)
-from radar_service.plan.cost_model import (
-    SetUp,
-    counts_per_body,
-    engine_counts,
-    engine_statistics,
-    first_visibility_update,
-)
+from radar_service.plan.budget import ERROR_HELP, STEPS_DB, ErrorBudget, error_budget, finite_pace
+from radar_service.plan.cost_model import Costs, Counts, EngineStatistics, PerBody, realtime_factor
 from radar_service.plan.culling import CulledBody
-from radar_service.plan.plan import held, plan_for
+from radar_service.plan.plan import NEVER_VISIBLE, Plan, bodies, estimated_factor, held, plan_for, plan_in_time
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
-from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
-from radar_service.records.fidelity import PRESETS
-from radar_service.trace.embree import RayCount
+from radar_service.records.fidelity import PRESETS, Fidelity
+from radar_service.records.plan_item import PlanItem
+from tests.plan.scenes import HOUSE, WAY
+from tests.plan.scenes import made as small
 from tests.scenes import point, scene
 
 COUNTS = Counts(
@@ -111,6 +97,7 @@ def test_errors_of_multipath_are_predicted() -> None:
     sea = "of sea reflection, moving"
     errors = plan_for(made, balanced).field_db
     assert list(errors) == ["at rest", "moving", sea] and errors[sea] == multipath_db(made, balanced)
+    assert plan_for(made, PRESETS["documented"]).field_db == {}
 
 
 def test_errors_of_changing_aspects_are_predicted() -> None:
@@ -120,10 +107,6 @@ def test_errors_of_changing_aspects_are_predicted() -> None:
     assert aspects not in plan_for(scene([plate]), PRESETS["balanced"]).field_db
     for made in (scene([plate], own_ship={"speed_kn": 9}), scene([plate | {"course_deg": 20, "speed_kn": 4}])):
         assert plan_for(made, PRESETS["balanced"]).field_db[aspects] == aspects_db(made)
-
-
-def test_the_documented_engine_predicts_no_errors() -> None:
-    assert plan_for(moving_scene(multipath=True), PRESETS["documented"]).field_db == {}
 
 
 def test_bodies_that_exceed_the_budget_late_in_a_run_are_caveats() -> None:
@@ -182,10 +165,6 @@ def test_the_pace_is_the_spoke_period_over_the_cost_of_an_azimuth() -> None:
     assert realtime_factor(made, Costs(0.0, 0.0, 0.0, 0.0, 0.0)) == math.inf
 
 
-def test_nothing_is_known_before_an_engine_is_prepared() -> None:
-    assert EngineStatistics() == EngineStatistics({}, None, None, None)
-
-
 # plan: lines on what was held against published figures: the table agrees with the page, and lines follow the scene.
 PAGE = Path(__file__).parents[2] / "docs/believed.md"
 HULL = {"shape": "hull", "length_m": 20, "beam_m": 5, "height_m": 4, "scattering": "optics"}
@@ -223,69 +202,109 @@ def test_bodies_stand_under_their_kinds_and_what_nobody_has_measured_at_the_end(
     assert "cross-sections as declared" in lines[-1]
 
 
-# cost_model: counts of prepared engines by hand.
-SMALL = {"azimuths": 120, "beamwidth_deg": 7.5, "range_max_m": 1500, "pulse_s": 2e-6, "rpm": 24}
-PLATE = {"name": "plate", "shape": "plate", "width_m": 20, "height_m": 20, "position_m": [0, 600, 8], "heading_deg": 180,
-         "rcs_dbsm": 20, "speed_kn": 12, "course_deg": 90}  # fmt: skip
+# plan: the lines about bodies, from statistics made by hand.
+BOX = {"name": "box", "shape": "box", "length_m": 40, "width_m": 12, "height_m": 9, "position_m": [300, 700, 0],
+       "material": "concrete", "scattering": "diffuse"}  # fmt: skip
 
 
-def prepared_from(bodies: list[dict[str, Any]], rays: RayCount | None = None, **sections: Any) -> Prepared:
-    made: rs.Scene = scene(bodies, radar=SMALL, **sections)
-    return prepare(made, PRESETS["balanced"], 0, rays=rays)
+def items(scatterers: list[int], echoes: list[int]) -> list[PlanItem]:
+    """The lines about a box at rest, a moving point, a moving box and a point at rest with so many scatterers and echoes."""
+    return lines_of(EngineStatistics(costs=COSTS, bodies=PerBody(np.array(scatterers), np.array(echoes))))
 
 
-def test_resting_and_moving_points_are_counted() -> None:
-    """12 kn for 2.5 s in steps of 5 m: 3.087 visibility updates per scan."""
-    bodies = [point("a", 0, 500), point("b", 700, 0), point("c", -300, 300, speed_kn=12, course_deg=90)]
-    prepared = prepared_from(bodies)
-    counts = engine_counts(SetUp(prepared, {}, 17, 4))
-    assert (counts.resting_echoes, counts.moving_echoes, counts.shadowed_echoes, counts.scatterers) == (2, 1, 0, 3)
-    assert (counts.set_up_rays, counts.look_rays) == (17, 4)
-    assert counts.looks_per_scan == pytest.approx(12 * 1852 / 3600 * 2.5 / 5.0)
-    assert counts.transform_samples == 2 * prepared.compression.size
-    per_body = counts_per_body(prepared)
-    assert per_body.scatterers.tolist() == per_body.echoes.tolist() == [1, 1, 1]
+def lines_of(statistics: EngineStatistics, name: str = "balanced") -> list[PlanItem]:
+    way = {"speed_kn": 5, "course_deg": 0}
+    made = scene([BOX, point("mover", 0, 500, **way), BOX | {"name": "ship"} | way, point("buoy", 0, 900)])
+    return bodies(made, PRESETS[name], statistics)
 
 
-def test_a_passing_plate_shadows_the_point_behind_it() -> None:
-    prepared = prepared_from([point("behind", 0, 900, 10.0), PLATE])
-    assert engine_counts(SetUp(prepared, {}, 0, 0)).shadowed_echoes == 1
+def test_moving_bodies_share_the_cost_of_moving_echoes_by_their_echoes() -> None:
+    """9.96 us for 1 + 5 echoes; bodies at rest cost nothing."""
+    costs = [item.microseconds for item in items([100, 1, 50, 1], [40, 1, 5, 1])]
+    assert costs == pytest.approx([0.0, 1.66, 8.3, 0.0])
 
 
-def test_the_first_visibility_update_is_cached() -> None:
-    rays = RayCount()
-    prepared = prepared_from([point("behind", 0, 900, 10.0), PLATE], rays)
-    cast = rays.rays
-    first_visibility_update(prepared)
-    update = rays.rays
-    assert update > cast
-    first_visibility_update(prepared)
-    assert rays.rays == update
+def test_scatterers_and_echoes_are_stated() -> None:
+    box, mover, _, buoy = items([100, 1, 50, 1], [40, 0, 5, 1])
+    assert box.how.endswith("; 100 points, 40 echoes") and "computed once" in box.how
+    assert mover.how.endswith("; a point, not visible now") and "computed at each azimuth" in mover.how
+    assert buoy.how.endswith("; a point") and (box.what, buoy.what) == ("body box", "body buoy")
 
 
-def test_statistics_have_counts_costs_and_what_was_culled() -> None:
-    culled = {0: CulledBody("always out of range", 0.0, occludes=False)}
-    statistics = engine_statistics(SetUp(prepared_from([point("t", 0, 500)]), culled, 0, 0))
-    assert statistics.culled is culled and statistics.counts is not None and statistics.costs is not None
-    assert statistics.bodies is not None and statistics.bodies.echoes.tolist() == [1]
+def test_a_resting_body_without_echoes_is_never_visible_a_moving_one_may_be_later() -> None:
+    box, _, ship, _ = items([100, 1, 50, 1], [0, 1, 0, 1])
+    assert (box.modelled, box.how, box.power_db) == (False, NEVER_VISIBLE, 0.0)
+    assert ship.modelled
+
+
+def test_a_culled_body_has_its_reason_its_error_and_its_shadow() -> None:
+    culled = {0: CulledBody("too weak", 0.1, occludes=True), 3: CulledBody("too far", 0.0, occludes=False)}
+    box, mover, _, buoy = lines_of(EngineStatistics(culled))
+    assert (box.modelled, box.how, box.power_db) == (False, "too weak; still occludes what is behind it", 0.1)
+    assert (buoy.modelled, buoy.how, buoy.power_db) == (False, "too far", 0.0)
+    assert mover.modelled and mover.microseconds is None
+
+
+def test_the_documented_engine_counts_triangles() -> None:
+    lines = [item.how for item in lines_of(EngineStatistics(), "documented")]
+    mesh = scene([BOX]).bodies[0].mesh
+    assert mesh is not None and lines == [f"rays against {len(mesh.faces)} triangles", "one hit per azimuth"] * 2
+
+
+# plan: time as the budget: what is chosen, and what is said where it cannot be had.
+def under_way() -> rs.Scene:
+    return small([HOUSE, point("t", 0, 800)], own_ship=WAY, environment={"multipath": True})
+
+
+def planned(fidelity: Fidelity) -> Plan:
+    """The plan of `under_way` at a fidelity, with measured costs."""
+    return rs.Simulator(under_way(), fidelity).plan
+
+
+def test_with_all_the_time_in_the_world_the_finest_is_chosen_and_can_be_pinned() -> None:
+    plan = plan_in_time(under_way(), 1e-6, planned)
+    assert plan.settings["error_db"] == STEPS_DB[0] == 0.25
+    assert plan.caveats[-1].endswith("--error-db 0.25 gives the same bytes on any")
+    assert Fidelity(**plan.settings) == fidelity_for(under_way(), ErrorBudget(0.25))
+
+
+def test_a_pace_out_of_reach_is_stated_with_the_pace_that_is_possible(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Also where estimates promise too much: what was measured counts."""
+    for estimate in (estimated_factor, lambda *_: np.inf):
+        monkeypatch.setattr(plans, "estimated_factor", estimate)
+        plan = plan_in_time(under_way(), 1e9, planned)
+        assert plan.settings["error_db"] == STEPS_DB[-1]
+        assert f"is not possible on this machine: {plan.realtime_factor:.3g}" in " ".join(plan.caveats)
+
+
+def test_a_budget_that_is_not_kept_is_stated() -> None:
+    kept = plan_in_time(under_way(), 1e-6, planned, ErrorBudget(1.0))
+    assert kept.settings["error_db"] == 1.0 and "real time" not in " ".join(kept.caveats)
+    both = plan_in_time(under_way(), 1e9, planned, ErrorBudget(1.0))
+    assert both.settings["error_db"] == STEPS_DB[-1]
+    assert "an error budget of 1 dB cannot run at 1e+09 x real time" in " ".join(both.caveats)
+
+
+def test_estimates_rise_with_the_budget_and_are_the_plan_s_own_at_its_own() -> None:
+    plan = rs.Simulator(under_way()).plan
+    estimates = [estimated_factor(under_way(), plan, step) for step in STEPS_DB]
+    assert estimates == sorted(estimates) and estimates[0] < 0.9 * estimates[-1]
+    assert estimated_factor(under_way(), plan, 0.5) == pytest.approx(plan.realtime_factor)
+
+
+def test_a_fidelity_that_was_planned_gives_the_same_bytes_by_itself_and_with_threads() -> None:
+    sim = rs.Simulator(under_way(), seed=4)
+    again = rs.Simulator(under_way(), Fidelity(**sim.plan.settings), seed=4, threads=2)
+    np.testing.assert_array_equal(sim.scan().field, again.scan().field)
 
 
 # budget: the error budget in numbers by hand.
-def test_the_default_budget_is_half_a_decibel_and_40_db_of_field() -> None:
-    assert (ErrorBudget().target_db, ErrorBudget().field_db) == (0.5, -40.0)
-
-
 def test_field_errors_are_proportional_to_the_budget() -> None:
-    """Ten times the budget is 20 dB; methods keep 14 dB more for weak targets."""
-    assert ErrorBudget(5.0).field_db == pytest.approx(-20.0)
-    assert ErrorBudget(0.05).field_db == pytest.approx(-60.0)
+    """Ten times the budget is 20 dB; methods keep 14 dB more for weak targets. 3.0103 dB is a factor of 2, 10 dB one of 10."""
+    assert (ErrorBudget().target_db, ErrorBudget().field_db) == (0.5, -40.0)
+    assert [ErrorBudget(budget).field_db for budget in (5.0, 0.05)] == pytest.approx([-20.0, -60.0])
     assert ErrorBudget(5.0).method_db == pytest.approx(-34.0)
-
-
-def test_the_share_is_the_power_ratio_less_one() -> None:
-    """3.0103 dB is a factor of 2, 10 dB a factor of 10."""
-    assert ErrorBudget(3.010299957).share == pytest.approx(1.0, rel=1e-9)
-    assert ErrorBudget(10.0).share == pytest.approx(9.0)
+    assert [ErrorBudget(budget).share for budget in (3.010299957, 10.0)] == pytest.approx([1.0, 9.0])
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, 11.0, math.nan, math.inf])
@@ -294,32 +313,16 @@ def test_a_budget_beyond_reason_is_refused_with_what_is_allowed(wrong: float) ->
         ErrorBudget(wrong)
 
 
-def test_limits_steps_and_default_are_allowed_budgets() -> None:
-    for budget in (MIN_DB, MAX_DB, DEFAULT_DB, *STEPS_DB):
-        assert ErrorBudget(budget).target_db == budget
-    assert list(STEPS_DB) == sorted(STEPS_DB)
+def test_budgets_and_paces_are_read_within_their_limits() -> None:
+    assert [error_budget(text).target_db for text in ("0.01", "0.25", "1e1")] == [0.01, 0.25, 10.0]
+    assert [finite_pace(text) for text in ("1", "0.01", "1e12")] == [1.0, 0.01, 1e12]
+    assert "0.01 to 10 dB" in ERROR_HELP and "auto: 0.5" in ERROR_HELP
+    assert [ErrorBudget(step).target_db for step in STEPS_DB] == sorted(STEPS_DB)
 
 
-def test_an_error_budget_is_read_in_decibels() -> None:
-    assert error_budget("0.25") == ErrorBudget(0.25)
-    assert error_budget("1e1") == ErrorBudget(10.0)
-
-
-@pytest.mark.parametrize("text", ["", "half", "0", "-1", "10.1", "nan", "inf"])
-def test_other_error_budgets_are_refused_with_the_limits(text: str) -> None:
+@pytest.mark.parametrize("text", ["", "half", "0", "-1", "nan", "inf"])
+def test_other_budgets_and_paces_are_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match=f'"{text}" is not an error budget; give 0.01 to 10 dB'):
         error_budget(text)
-
-
-def test_a_pace_is_any_finite_number_above_0() -> None:
-    assert [finite_pace(text) for text in ("1", "0.01", "1e12")] == [1.0, 0.01, 1e12]
-
-
-@pytest.mark.parametrize("text", ["", "fast", "0", "-2", "nan", "inf"])
-def test_other_paces_are_refused(text: str) -> None:
     with pytest.raises(argparse.ArgumentTypeError, match=f'"{text}" is not a pace; give a number above 0'):
         finite_pace(text)
-
-
-def test_the_help_has_the_limits_and_the_default() -> None:
-    assert "0.01 to 10 dB" in ERROR_HELP and "auto: 0.5" in ERROR_HELP

@@ -21,7 +21,7 @@ from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import ForkServer
 from radar_service.scans.scan import Scan, scan_of
 from tests.ports.asterix.reading import reports
-from tests.ports.asterix.test_plot_blocks import SOURCE, plots, sent
+from tests.ports.asterix.test_asterix import SOURCE, plots, sent
 from tests.ports.kept import Kept
 from tests.ports.reflectors import radar_of
 

@@ -11,8 +11,12 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from radar_service.ports.app import create_app
 from radar_service.ports.http.server import Requests, Server, configuration, listening_socket
 from radar_service.service.radio.station import Station, Stations
+from radar_service.service.settings import Pace, Settings
+from tests.ports.playing import station
+from tests.processes.test_fork_server import until
 
 
 class Turns:
@@ -42,9 +46,9 @@ def served(
 
     requests: those of the application; limits: as `configuration` takes them.
     """
-    listener, begun = listening_socket("127.0.0.1", 0), threading.Event()
+    listener = listening_socket("127.0.0.1", 0)
     host, port = listener.getsockname()[:2]
-    server = Server(configuration(app, **limits), Stations(stations).stop, begun.set, requests or Requests())
+    server = Server(configuration(app, **limits), Stations(stations).stop, requests or Requests())
 
     async def serve() -> None:
         watching = asyncio.create_task((turns or Turns()).watch())
@@ -59,7 +63,7 @@ def served(
         gc.disable()
     thread.start()
     try:
-        assert begun.wait(60)
+        until(lambda: server.started)
         yield str(host), int(port)
     finally:
         server.should_exit = True
@@ -82,3 +86,29 @@ def answer(connection: socket.socket) -> bytes:
         while piece := connection.recv(65536):
             got += piece
     return got
+
+
+Address = tuple[str, int]
+
+
+GET = b"GET /api/health/alive HTTP/1.1\r\nhost: 127.0.0.1\r\nconnection: close\r\n\r\n"
+
+
+UPGRADE = (
+    b"GET /api/radars/0/feed HTTP/1.1\r\nhost: 127.0.0.1\r\nconnection: upgrade\r\nupgrade: websocket\r\n"
+    b"sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+@contextlib.contextmanager
+def radar(refused: list[str] | None = None, turns: Turns | None = None, **limits: float) -> Iterator[Address]:
+    only = station(settings=Settings(pace=Pace(factor=10)))
+    report = (lambda _: None) if refused is None else refused.append
+    with served(create_app([only]), [only], turns, refused=report, **limits) as address:
+        yield address
+
+
+def works(address: Address) -> bool:
+    with dialled(address) as connection:
+        connection.sendall(GET)
+        return b'{"yes":true}' in answer(connection)

@@ -20,13 +20,14 @@ from radar_service.records.truth import Truth
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeBatch
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.scene import Scene
 from tests.ports.asgi import Closed, Server, Socket, running
-from tests.service.fake import AZIMUTHS, FakeEngine, factory, made_by, scene
+from tests.ports.playing import station as paused
+from tests.service.fake import AZIMUTHS, FakeEngine, made_by, scene
 from tests.service.fanout.batches import spokes
 
 
@@ -221,9 +222,8 @@ class Slow(FakeEngine):
         return super().truth(t)
 
 
-def station(**options: Any) -> Station:
-    engine, make = options.pop("engine", FakeEngine(scene())), options.pop("make", factory())
-    return Station("0", engine, make, settings=Settings(pace=Pace("pause", math.inf)), allow_truth=True, **options)
+def station(engine: FakeEngine | None = None, **options: Any) -> Station:
+    return paused(engine, settings=Settings(pace=Pace("pause", math.inf)), allow_truth=True, **options)
 
 
 async def follow(socket: Socket, account: Account, reads: asyncio.Event) -> None:
@@ -272,7 +272,7 @@ SPOKES = 159  # of an engine that dies at 160: blocks are of five, and the last 
 @pytest.fixture
 def few_truths(monkeypatch: pytest.MonkeyPatch) -> None:
     """One truth a scan: what the radar sends fits into a queue."""
-    monkeypatch.setattr("radar_service.service.fanout.feed_encoder.TRUTHS_PER_SCAN", 1)
+    monkeypatch.setattr("radar_service.service.radio.truth_stream.TRUTHS_PER_SCAN", 1)
 
 
 @pytest.mark.usefixtures("few_truths")

@@ -24,16 +24,16 @@ from radar_service.ports.udp.sender import UdpSender
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
 from tests.ports.asgi import running
-from tests.ports.dialect.test_dialect_port import Display
+from tests.ports.dialect.test_dialect import Display
 from tests.ports.garmin_xhd.reading import read_spoke
-from tests.ports.listening import FLAT_OUT
 from tests.ports.navico_halo.reading import read_frame
 from tests.ports.nmea.test_senders import free_port
+from tests.ports.playing import FLAT_OUT
 from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory
 
 HERE = "127.0.0.1"
-SCANS = 30
+SCANS = 10
 SHIPS = [
     {"name": f"ship {k}", "shape": "point", "rcs_dbsm": 20, "mmsi": 211_000_000 + k, "course_deg": 36 * k, "speed_kn": 12}
     for k in range(10)

@@ -10,10 +10,10 @@ from radar_service.ports.rest import pictures
 from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import Epoch
 from tests.ports.playing import playing
-from tests.service.fake import FakeEngine, factory, scene
+from tests.ports.playing import station as paused
+from tests.service.fake import FakeEngine, scene
 
 READ, COMMAND = "r" * 16, "c" * 16
 READER, COMMANDER = {"authorization": f"Bearer {READ}"}, {"authorization": f"Bearer {COMMAND}"}
@@ -37,7 +37,7 @@ def station(truth: bool) -> Station:
     )
     engine = FakeEngine(told)
     engine.plan = PLAN
-    return Station("0", engine, factory(), settings=Settings(pace=Pace("pause")), allow_truth=truth)
+    return paused(engine, allow_truth=truth)
 
 
 def texts(value: object) -> str:
@@ -70,14 +70,7 @@ async def test_no_get_tells_a_reader_what_the_scene_does(access: Access) -> None
 async def test_a_blind_server_tells_the_name_of_its_scene_nowhere(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(Epoch, "is_blind", True)
     monkeypatch.setattr(pictures, "call_in_process", lambda _, job, draw, *arguments: b"drawn" + repr(arguments).encode())
-    async with playing(
-        Station(
-            "0",
-            FakeEngine(replace(scene(), world=replace(scene().world, name="unmistakable"))),
-            factory(),
-            settings=Settings(pace=Pace("pause")),
-        )
-    ) as server:
+    async with playing(paused(replace(scene(), world=replace(scene().world, name="unmistakable")))) as server:
         changes = await server.open("/api/changes")
         while "epoch" not in (change := await changes.text()):
             pass

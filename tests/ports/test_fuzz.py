@@ -18,12 +18,11 @@ from radar_service.ports.app import create_app
 from radar_service.scene_file.document import validated
 from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.sandbox import Sandbox
-from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.world.error import SceneError
+from tests.ports.playing import station
 from tests.ports.serving import served
 from tests.scene_file.readers.mesh_files import exported
-from tests.service.fake import FakeEngine, factory, scene
 
 SHORT_RUN, SPOILT, MANY = 60, 50, 10_000
 HANG = 60.0  # s; a picture of 2048 pixels takes 1.4 s of processor time, and a machine may have much else to do
@@ -35,7 +34,7 @@ QUICK = settings(
 
 @pytest.fixture(scope="module")
 def address() -> Iterator[str]:
-    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace(factor=5)), allow_truth=True)
+    only = station(settings=Settings(pace=Pace(factor=5)), allow_truth=True)
     with served(create_app([only]), [only]) as (host, port):
         yield f"http://{host}:{port}"
 

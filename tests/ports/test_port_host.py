@@ -14,11 +14,10 @@ from radar_service.ports.port_host import PortHost, ToldChanges
 from radar_service.ports.port_thread import PortThread
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.service.radio.state_changes import StateChange, StateWatch
-from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeSink
 from tests.ports.asgi import running
-from tests.service.fake import FakeEngine, factory, scene
+from tests.ports.playing import station
 from tests.service.radio.recording import RecordingSink
 
 
@@ -60,8 +59,7 @@ def play(port: Port, settings: Settings, test: Any) -> PortHost:
     host = PortHost((port,))
 
     async def whole() -> None:
-        station = Station("0", FakeEngine(scene()), factory(), settings=settings, sinks=host.sinks("0"))
-        async with running(create_app([station], host)):
+        async with running(create_app([station(settings=settings, sinks=host.sinks("0"))], host)):
             await asyncio.to_thread(test)
 
     asyncio.run(asyncio.wait_for(whole(), 60))
@@ -76,8 +74,10 @@ def test_a_port_starts_before_the_radars_and_ends_after_them() -> None:
     assert port.sink.calls[0][0] == "open" and port.changed_at.is_set()
 
 
-def test_all_calls_come_from_the_thread_of_the_port() -> None:
+@pytest.mark.parametrize("delays", [False, True])
+def test_clock_and_news_come_from_the_thread_of_the_port_whether_it_delays_radars_or_not(delays: bool) -> None:
     port = Noted(period=0.01)
+    port.delays = delays  # type: ignore[misc]
 
     def test() -> None:
         assert port.changed_at.wait(60) and port.ticked.acquire(timeout=60.0)
@@ -89,7 +89,7 @@ def test_all_calls_come_from_the_thread_of_the_port() -> None:
 @pytest.mark.parametrize("factor", [1.0, 5.0, float("inf")])
 def test_its_clock_is_that_of_the_world(factor: float) -> None:
     """So many calls come in so many periods of the world's time, no more, at any pace."""
-    port = Noted(period=0.25)
+    port = Noted(period=0.1)
 
     def test() -> None:
         for _ in range(4):
@@ -97,27 +97,13 @@ def test_its_clock_is_that_of_the_world(factor: float) -> None:
 
     play(port, Settings(pace=Pace("run", factor)), test)
     times = [time for name, time in port.calls if name == "tick"]
-    assert all(time >= times[0] + 0.25 * number for number, time in enumerate(times))
-
-
-def test_a_port_that_cannot_start_ends_the_service() -> None:
-    class Failing(Port):
-        name = "failing"
-
-        async def start(self, service: Service) -> None:
-            raise OSError("its address is in use")
-
-    with pytest.raises(OSError, match="its address is in use"):
-        play(Failing(), Settings(), lambda: None)
+    assert all(time >= times[0] + 0.1 * number for number, time in enumerate(times))
 
 
 def test_the_sinks_of_a_port_that_delays_radars_are_called_at_once() -> None:
-    class Delaying(Noted):
-        delays = True
-
-    port = Delaying()
-    host = PortHost((port,))
-    assert host.sinks("0") == [port.sink]
+    port = Noted()
+    port.delays = True  # type: ignore[misc]
+    assert PortHost((port,)).sinks("0") == [port.sink]
 
 
 def test_a_look_that_fails_is_logged_and_the_next_one_is_told(
@@ -153,7 +139,7 @@ async def test_a_port_that_does_not_stop_holds_up_nobody(
             await asyncio.Event().wait()
 
     host = PortHost((Stubborn(), noted := Noted()))
-    async with running(create_app([Station("0", FakeEngine(scene()), factory())], host)):
+    async with running(create_app([station()], host)):
         pass
     assert ("stop", None) in noted.calls
     assert "port not stopped" in caplog.text
@@ -168,18 +154,18 @@ async def test_changes_are_told_after_the_epoch_has_opened() -> None:
     port = InOrder()
     host = PortHost((port,))
     sinks = host.sinks("0")
-    station = Station("0", FakeEngine(scene()), factory(), sinks=sinks)
+    radar = station(settings=Settings(), sinks=sinks)
     host.threads[port].start()
-    host.watch(station)
+    host.watch(radar)
     await asyncio.sleep(2 * port_host.LOOK)
     assert port.sink.calls == []
-    sinks[0].open_epoch(station.radar_info(station.epoch))
+    sinks[0].open_epoch(radar.radar_info(radar.epoch))
     assert await asyncio.to_thread(port.changed_at.wait, 60)
     await host.stop()
     assert [name for name, _ in port.sink.calls][:2] == ["open", "changed"]
 
 
-def test_ports_that_were_not_started_are_not_stopped() -> None:
+def test_a_port_that_cannot_start_ends_the_service_and_those_that_were_not_started_are_not_stopped() -> None:
     class Failing(Port):
         name = "failing"
 
@@ -194,25 +180,12 @@ def test_ports_that_were_not_started_are_not_stopped() -> None:
     host = PortHost((before, Failing(), after))
 
     async def whole() -> None:
-        async with running(create_app([Station("0", FakeEngine(scene()), factory())], host)):
+        async with running(create_app([station()], host)):
             pass
 
     with pytest.raises(OSError, match="in use"):
         asyncio.run(asyncio.wait_for(whole(), 60))
     assert [name for name, _ in before.calls] == ["start", "stop"] and not after.calls and not stopped
-
-
-def test_a_port_that_delays_radars_has_its_clock_and_its_news_all_the_same() -> None:
-    class Delaying(Noted):
-        delays = True
-
-    port = Delaying(period=0.01)
-
-    def test() -> None:
-        assert port.changed_at.wait(60) and port.ticked.acquire(timeout=60.0)
-
-    play(port, Settings(pace=Pace("pause")), test)
-    assert port.threads == {"port noted"}
 
 
 async def test_the_clock_of_another_scene_begins_at_once() -> None:
@@ -223,8 +196,8 @@ async def test_the_clock_of_another_scene_begins_at_once() -> None:
         return [time for name, time in port.calls if name == "tick"]
 
     host = PortHost((RestPort(), port))
-    station = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("run", 50.0)), sinks=host.sinks("0"))
-    async with running(create_app([station], host)) as server:
+    radar = station(settings=Settings(pace=Pace("run", 50.0)), sinks=host.sinks("0"))
+    async with running(create_app([radar], host)) as server:
         for _ in range(4):
             assert await asyncio.to_thread(port.ticked.acquire, timeout=10.0)
         answer = await server.http.put("/api/radars/0/scene", json={"scene": {"name": "other"}})
@@ -260,14 +233,3 @@ def test_what_waits_becomes_one_change_of_its_kind() -> None:
         change("controls", 3.0, gain=5.0, sea=2.0), change("status", 4.0, radar="1", state="failed"),
         change("status", 5.0, state="running"), change("commands", 7.0, own_ship=2, bodies={"a": 1, "b": 3}),
     ]  # fmt: skip
-
-
-def test_each_change_is_told_where_there_is_time() -> None:
-    got, thread, done = list[StateChange](), PortThread("test"), threading.Semaphore(0)
-    told = ToldChanges(lambda each: (got.append(each), done.release())[0], thread)
-    thread.start()
-    for number in range(5):
-        told.put(change("status", float(number), state="running"))
-        assert done.acquire(timeout=SOON)
-    thread.stop(SOON)
-    assert [each.time for each in got] == [0.0, 1.0, 2.0, 3.0, 4.0]

@@ -11,25 +11,21 @@ from typing import Any, cast
 import pytest
 
 from radar_service.ports.ais.ais_port import AisPort
-from radar_service.ports.app import create_app
-from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.nmea.nmea_port import NmeaPort
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.steering_port import SteeringPort
 from radar_service.ports.port import Port
-from radar_service.ports.port_host import PortHost
 from radar_service.ports.recorder.service_recorder import RecorderPort
-from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.ports.udp.udp_port import Sender
 from radar_service.recording.chunk_table import ChunkTable, recorded_radars
 from radar_service.recording.recording import Recording
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.scene_file.load import load_scene
-from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
-from tests.ports.asgi import Closed, Server, running
-from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory
+from tests.ports.asgi import Closed, Server
+from tests.ports.playing import joined
+from tests.service.fake import AZIMUTHS, RADAR
 
 REASON = "radar 0 has ended: another scene runs, with ship, shore"
 SIGNALK = "/signalk/v2/api/vessels/self/radars"
@@ -43,22 +39,11 @@ def scene(*ids: str, name: str = "mine") -> dict[str, Any]:
 
 
 @contextlib.asynccontextmanager
-async def playing(*ports: Port, pace: float = 4.0, **options: Any) -> AsyncIterator[Server]:
+async def playing(*ports: Port, pace: float = 4.0) -> AsyncIterator[Server]:
     """A radar without an id with REST, the feed and more ports, none of which has faults."""
-    host = PortHost((RestPort(), FeedPort(), *ports))
-    station = Station(
-        "0",
-        FakeEngine(load_scene(scene(name="first"))),
-        factory(),
-        settings=Settings(pace=Pace("run", pace)),
-        sinks=host.sinks("0"),
-        **options,
-    )
-    async with running(create_app([station], host)) as server:
-        server.stations = [station]
+    settings = Settings(pace=Pace("run", pace))
+    async with joined(*ports, scenes=[load_scene(scene(name="first"))], settings=settings) as (server, host):
         yield server
-    for port in ports:
-        port.close()
     assert sum(thread.faults for thread in host.threads.values()) == 0
 
 

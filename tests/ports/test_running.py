@@ -41,7 +41,18 @@ Service = tuple[subprocess.Popen[str], str]
 def started(folder: Path) -> Iterator[Service]:
     """A service of one radar, which is killed at the end, and its address."""
     (folder / "one.json").write_text(json.dumps(ONE_TARGET))
-    command = [sys.executable, "-m", "radar_service", "serve", str(folder / "one.json"), "--port", "0", "--truth"]
+    command = [
+        sys.executable,
+        "-m",
+        "radar_service",
+        "serve",
+        str(folder / "one.json"),
+        "--port",
+        "0",
+        "--truth",
+        "--pace",
+        "20",
+    ]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, text=True)
     assert process.stdout is not None
     yield process, process.stdout.readline().split()[-1]

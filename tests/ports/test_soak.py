@@ -92,7 +92,7 @@ async def soak(spokes: int) -> list[ResultCache]:
     return snapshots
 
 
-@pytest.mark.parametrize("spokes", [DAY // 800, pytest.param(DAY, marks=pytest.mark.study)])
+@pytest.mark.parametrize("spokes", [DAY // 2000, pytest.param(DAY, marks=pytest.mark.study)])
 def test_a_day_of_spokes_through_the_hub_leaves_nothing_behind(spokes: int) -> None:
     """142 million in batches of 32; four clients receive every one of them in order, and its time to the last bit. In a process
     of its own, where no other test's threads make anything."""

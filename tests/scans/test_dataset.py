@@ -3,6 +3,7 @@
 import sys
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -53,27 +54,33 @@ def test_scans_have_a_dimension_more() -> None:
     assert_same(scans_from_xarray(scans_to_xarray(scans[:1])), scans[:1])
 
 
+def opened(path: Path) -> Any:
+    """The dataset of a file."""
+    options = {"engine": "scipy"} if path.suffix == ".nc" else {"engine": "zarr", "consolidated": False}
+    return pytest.importorskip("xarray").open_dataset(path, **options)
+
+
 @pytest.mark.parametrize("ending", [".zarr", ".nc"])
 @pytest.mark.parametrize("sector", [None, (0.3, 1.0)], ids=["whole", "sector"])
 def test_files_give_the_scans_back(ending: str, sector: tuple[float, float] | None, tmp_path: Path) -> None:
     scans, path = simulated(2, sector), tmp_path / f"scans{ending}"
     for _ in range(2):  # the second time it is there already
         exporter(path)(path, scans, {"name": "one", "seed": 0})
-    options = {"engine": "scipy"} if ending == ".nc" else {"engine": "zarr", "consolidated": False}
-    with pytest.importorskip("xarray").open_dataset(path, **options) as dataset:
+    with opened(path) as dataset:
         assert dataset.attrs["name"] == "one" and dataset.power.attrs["units"] == "W"
         assert ("field_real" in dataset) == (ending == ".nc")
         assert_same(scans_from_xarray(dataset), scans)
 
 
 @pytest.mark.parametrize("ending", [".zarr", ".nc"])
-def test_the_command_exports(ending: str, one_target: Path, tmp_path: Path) -> None:
+def test_the_command_exports_scans_with_labels(ending: str, one_target: Path, tmp_path: Path) -> None:
     path = tmp_path / f"a{ending}"
-    assert main(["scan", str(one_target), "--scans", "2", "--seed", "5", "-o", str(path)]) == 0
-    with pytest.importorskip("xarray").open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as dataset:
+    assert main(["scan", str(one_target), "--scans", "2", "--seed", "5", "--labels", "-o", str(path)]) == 0
+    with opened(path) as dataset:
         assert dataset.attrs["seed"] == 5 and dataset.sizes["scan"] == 2
-        made = rs.Simulator(rs.load_scene(one_target), seed=5)
+        made = rs.Simulator(rs.load_scene(one_target), seed=5, labels=True)
         assert_same(scans_from_xarray(dataset), [made.scan() for _ in range(2)])
+        assert dataset.source_name.values.tolist() == list(made.label_names.values())
 
 
 @pytest.mark.parametrize("ending", [".zarr", ".nc"])
@@ -89,7 +96,7 @@ def test_labels_and_powers_go_through_files(ending: str, tmp_path: Path) -> None
     path = tmp_path / f"a{ending}"
     about = {"label_numbers": np.array(list(names), np.uint32), "label_names": np.array(list(names.values()))}
     exporter(path)(path, scans, about)
-    with pytest.importorskip("xarray").open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
+    with opened(path) as stored:
         assert dict(zip(stored.source.values.tolist(), stored.source_name.values.tolist(), strict=True)) == names
         for one, other in zip(scans, scans_from_xarray(stored), strict=True):
             assert (
@@ -106,16 +113,6 @@ def test_labels_without_names_are_a_variable_alone() -> None:
     assert dataset.labels.attrs["long_name"] == "number of the strongest source" and "source" not in dataset.dims
     assert scan.labels is not None and scans_from_xarray(dataset)[0].labels.tobytes() == scan.labels.tobytes()  # type: ignore[union-attr]
     assert scan.to_xarray({0: "noise", 256: "p"}).source_name.values.tolist() == ["noise", "p"]
-
-
-@pytest.mark.parametrize("ending", [".zarr", ".nc"])
-def test_the_command_exports_labels(ending: str, one_target: Path, tmp_path: Path) -> None:
-    path = tmp_path / f"a{ending}"
-    assert main(["scan", str(one_target), "--labels", "-o", str(path)]) == 0
-    made = rs.Simulator(rs.load_scene(one_target), labels=True)
-    with pytest.importorskip("xarray").open_dataset(path, **({} if ending == ".nc" else {"consolidated": False})) as stored:
-        np.testing.assert_array_equal(stored.labels[0], made.scan().labels)
-        assert stored.source_name.values.tolist() == list(made.label_names.values())
 
 
 def test_scans_that_do_not_fit_are_refused() -> None:

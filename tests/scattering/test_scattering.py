@@ -25,8 +25,8 @@ from radar_service.scattering.rays import RaySampledSurfaces
 from radar_service.scattering.resting_points import MapCells
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scattering.surface_sampling import density_db, surface_db
+from radar_service.world.body import MATERIALS
 from radar_service.world.error import SceneError
-from radar_service.world.materials import MATERIALS
 from radar_service.world.poses import map_from_bodies
 from tests.scattering.test_fixed_scatterers import FLAT, build, context, instant
 from tests.scenes import point, scene

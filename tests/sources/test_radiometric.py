@@ -43,12 +43,8 @@ def gate_by_flood(power: Power, about: int, half: int) -> NDArray[np.bool_]:
     gate, waiting = np.zeros(power.shape, dtype=bool), [peak]
     while waiting:
         row, cell = waiting.pop()
-        if (
-            0 <= row < len(power)
-            and 0 <= cell < power.shape[1]
-            and not gate[row, cell]
-            and limited[row, cell] >= 0.01 * power[peak]
-        ):
+        inside = 0 <= row < len(power) and 0 <= cell < power.shape[1] and not gate[row, cell]
+        if inside and limited[row, cell] >= 0.01 * power[peak]:
             gate[row, cell] = True
             waiting += [(row + i, cell + j) for i in (-1, 0, 1) for j in (-1, 0, 1)]
     return gate
@@ -224,9 +220,8 @@ def test_the_reflection_of_the_sea_is_in_the_cross_section() -> None:
     (crossing,) = rs.Simulator(made, fidelity="balanced").crossings(0, radiometric=True)
     power = three_scans(Alone(made), 0, 0).max()
     free = three_scans(Alone(made.with_world(environment=replace(made.environment, multipath=False))), 0, 0).max()
-    assert crossing.rcs_dbsm == pytest.approx(
-        10 * np.log10(power / free), abs=0.05
-    )  # the range of the path by the sea differs
+    gained = 10 * np.log10(power / free)
+    assert crossing.rcs_dbsm == pytest.approx(gained, abs=0.05)  # the range of the path by the sea differs
     assert abs(crossing.rcs_dbsm or 0.0) > 1.0
 
 
@@ -240,13 +235,9 @@ def test_the_power_of_a_ship_lies_where_it_is_put_along_and_across_her() -> None
         mesh = made.bodies[0].mesh
         assert mesh is not None
         offset = np.array([-15.0, 40.0, 0.0])
-        moved = made.with_world(
-            bodies=(replace(made.bodies[0], mesh=replace(mesh, vertices=mesh.vertices + offset), is_vessel=False),)
-        )
-        (crossing,) = rs.Simulator(moved, fidelity="balanced").crossings(0, radiometric=True)
-        assert crossing.centroid_along == pytest.approx(40.0, abs=1.0) and crossing.centroid_across == pytest.approx(
-            -15.0, abs=1.0
-        )
+        ship = replace(made.bodies[0], mesh=replace(mesh, vertices=mesh.vertices + offset), is_vessel=False)
+        (crossing,) = rs.Simulator(made.with_world(bodies=(ship,)), fidelity="balanced").crossings(0, radiometric=True)
+        assert (crossing.centroid_along, crossing.centroid_across) == pytest.approx((40.0, -15.0), abs=1.0)
 
 
 def test_a_plain_crossing_has_no_radiometric_part_and_documented_none_at_all() -> None:

@@ -154,11 +154,12 @@ OF_RADAR: dict[str, dict[str, Any]] = {
 def content(without: str = "") -> dict[str, Any]:
     """A small scene with all effects but one."""
     scene = copy.deepcopy(dict(scene_content(scene_path("aids"))))
+    scene["body"] = [scene["body"][k] for k in (0, 2, 9)]  # a racon, a buoy and a SART
     scene["radar"] |= {"azimuths": 90, "beamwidth_deg": 8, "range_max_m": 6000, "toy": 1.0}
     scene["radar"] |= {key: table[key] for effect, table in OF_RADAR.items() if effect != without for key in table}
     for body in scene["body"] if without == "beacons" else ():
         body.pop("racon", None), body.pop("sart", None)
-    scene["body"][2]["toy"] = scene["environment"]["toy"] = 1.0
+    scene["body"][1]["toy"] = scene["environment"]["toy"] = 1.0
     scene["environment"] |= (
         {"sea_state": 3, "rain_mm_h": 4, "rain_cell": RAIN_CELL} if without != "clutter" else {"sea_state": 0}
     )

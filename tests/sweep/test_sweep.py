@@ -14,7 +14,7 @@ import radar_service as rs
 from radar_service.batch.dask_cluster import cluster
 from radar_service.batch.jobs import Outcome
 from radar_service.batch.worker_processes import WorkerDied
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.sweep import sweep as sweep_module
 from radar_service.sweep.estimate import COPIES, HOUR, estimate
 from radar_service.sweep.layout import CHUNK_BYTES, StoreLayout, layout_of

@@ -151,14 +151,10 @@ def test_a_snapshot_has_all_bodies_at_the_end_of_the_scan() -> None:
 
 @pytest.mark.same_bytes
 def test_the_scan_is_by_default_the_one_that_was_taken_last() -> None:
+    assert simulator([]).crossings() == () == simulator([]).snapshot().bodies
     sim = simulator([point("t", 900, 0)])
     assert sim.crossings() == sim.crossings(0)
     sim.scan()
     assert sim.crossings() == sim.crossings(0) and sim.snapshot() == sim.snapshot(0)
     sim.scan()
     assert sim.crossings() == sim.crossings(1) and sim.crossings(1) != sim.crossings(0)
-
-
-def test_a_scene_without_bodies_has_no_crossings() -> None:
-    sim = simulator([])
-    assert sim.crossings() == () and sim.snapshot().bodies == ()

@@ -102,30 +102,24 @@ def test_a_long_wall_whose_ends_are_out_of_range(tmp_path: Path) -> None:
     assert reason(tmp_path, [target], radar={**RADAR, "blind_sectors_deg": [[300, 60]]}) == "blind sector"
 
 
-@pytest.mark.parametrize(("multipath", "expected"), [(True, ""), (False, "shadowed")])
-def test_metal_below_a_deck_shows_by_the_sea(tmp_path: Path, multipath: bool, expected: str) -> None:
-    """A curtain from 2 m up hides the box; rays by the sea pass below it, and metal echoes by them."""
-    curtain = mesh(tmp_path, "curtain", [(-300, 300, 700, 701, 2, 25)])
+@pytest.mark.parametrize(
+    ("low", "multipath", "ground", "expected"),
+    [(2, True, "", ""), (2, False, "", "shadowed"), (3, True, "concrete", ""), (3, True, "vegetation", "shadowed")],
+)
+def test_metal_below_a_deck_shows_by_the_sea_and_by_land_that_reflects(
+    tmp_path: Path, low: int, multipath: bool, ground: str, expected: str
+) -> None:
+    """A curtain from `low` [m] up hides the box; rays by the sea pass below it, and metal echoes by them. So do rays by an apron
+    of 1.5 m before it that is of concrete; vegetation reflects none."""
+    curtain = mesh(tmp_path, "curtain", [(-300, 300, 700, 701, low, 25)])
     target = mesh(tmp_path, "target", [(-3, 3, 800, 806, 3, 6)], material="steel", scattering="optics")
+    apron = [mesh(tmp_path, "apron", [(-300, 300, 300, 690, 0, 1.5)], material=ground)] if ground else []
     sections: dict[str, Any] = {"environment": {"noise": True, "multipath": multipath}}
-    assert reason(tmp_path, [curtain, target], **sections) == expected
-    made = rs.load_scene({"name": "sight", "radar": RADAR, "body": [curtain, target], **sections}, folder=tmp_path)
-    sim = rs.Simulator(made, "fast")
-    power = {c.body: c.snr_db for c in sim.crossings(0, radiometric=True)}["target"]
-    assert (power is not None and power > DETECTABLE) == multipath
-
-
-@pytest.mark.parametrize(("ground", "expected"), [("concrete", ""), ("vegetation", "shadowed")])
-def test_metal_below_a_deck_shows_by_land_that_reflects(tmp_path: Path, ground: str, expected: str) -> None:
-    """The same box over an apron of 1.5 m: concrete reflects the rays that pass below the curtain, vegetation none."""
-    curtain = mesh(tmp_path, "curtain", [(-300, 300, 700, 701, 3, 25)])
-    target = mesh(tmp_path, "target", [(-3, 3, 800, 806, 3, 6)], material="steel", scattering="optics")
-    apron = mesh(tmp_path, "apron", [(-300, 300, 300, 690, 0, 1.5)], material=ground)
-    sections: dict[str, Any] = {"environment": {"noise": True, "multipath": True}}
-    assert reason(tmp_path, [curtain, target, apron], **sections) == expected
-    made = rs.load_scene({"name": "sight", "radar": RADAR, "body": [curtain, target, apron], **sections}, folder=tmp_path)
-    power = {c.body: c.snr_db for c in rs.Simulator(made, "fast").crossings(0, radiometric=True)}["target"]
-    assert (power is not None and power > DETECTABLE) == (ground == "concrete")
+    bodies = [curtain, target, *apron]
+    made = rs.load_scene({"name": "sight", "radar": RADAR, "body": bodies, **sections}, folder=tmp_path)
+    found = {c.body: c for c in rs.Simulator(made, "fast").crossings(0, radiometric=True)}["target"]
+    assert found.reason == expected
+    assert (found.snr_db is not None and found.snr_db > DETECTABLE) == (not expected)
 
 
 def before(rng: np.random.Generator, middle: float, near: float) -> list[Part]:

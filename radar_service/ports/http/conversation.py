@@ -3,7 +3,7 @@
 import asyncio
 import contextlib
 import json
-from collections.abc import Callable, Coroutine, Mapping
+from collections.abc import AsyncIterator, Callable, Coroutine, Mapping
 from typing import Any
 
 from starlette.websockets import WebSocket, WebSocketDisconnect
@@ -36,6 +36,13 @@ async def until_gone(socket: WebSocket) -> None:
     """Ignores client messages; returns on disconnect."""
     while (await socket.receive())["type"] != "websocket.disconnect":
         pass
+
+
+async def send_texts(socket: WebSocket, texts: AsyncIterator[str]) -> None:
+    """Sends texts until there are no more, or the socket has closed: the part that reads ends then, too."""
+    with contextlib.suppress(WebSocketDisconnect, RuntimeError):
+        async for text in texts:
+            await socket.send_text(text)
 
 
 async def accepted(

@@ -42,6 +42,14 @@ class Requests:
         self._limits: set[asyncio.Timeout] = set()
         self._answered = asyncio.Event()
 
+    def following(self, app: ASGIApp) -> ASGIApp:
+        """Returns the application with each request followed."""
+
+        async def follow(scope: Scope, receive: Receive, send: Send) -> None:
+            await (self.follow(app, scope, receive, send) if scope["type"] == "http" else app(scope, receive, send))
+
+        return follow
+
     async def follow(self, app: ASGIApp, scope: Scope, receive: Receive, send: Send) -> None:
         """Lets the application answer; a request that `end` finds without an answer gets 503."""
         limit = asyncio.timeout(None)
@@ -76,19 +84,6 @@ class Requests:
     def _discard(self, limit: asyncio.Timeout) -> None:
         self._limits.discard(limit)
         self._answered.set()
-
-
-class RequestsMiddleware:
-    """Lets `Requests` follow each request."""
-
-    def __init__(self, app: ASGIApp, requests: Requests) -> None:
-        self._app, self._requests = app, requests
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] == "http":
-            await self._requests.follow(self._app, scope, receive, send)
-        else:
-            await self._app(scope, receive, send)
 
 
 class LimitedProtocol(H11Protocol):
@@ -210,13 +205,11 @@ class Server(uvicorn.Server):
     """A server that ends the feeds and answers all requests before it closes their sockets."""
 
     def __init__(
-        self, config: uvicorn.Config, stop_radars: Callable[[], Awaitable[None]], started: Callable[[], None],
-        requests: Requests,
+        self, config: uvicorn.Config, stop_radars: Callable[[], Awaitable[None]], requests: Requests
     ) -> None:  # fmt: skip
-        """stop_radars: ends the radars and their feeds; started: is called when clients can connect; requests: those of the
-        application."""
+        """stop_radars: ends the radars and their feeds; requests: those of the application."""
         super().__init__(config)
-        self._stop_radars, self._started, self._requests = stop_radars, started, requests
+        self._stop_radars, self._requests = stop_radars, requests
         self.gave_up = False
 
     def stop(self) -> None:
@@ -235,7 +228,6 @@ class Server(uvicorn.Server):
             host, port = listener.getsockname()[:2]
             log_event("started", host=host, port=port)
             print(f"radar on the air: open http://{f'[{host}]' if ':' in host else host}:{port}/", flush=True)
-        self._started()
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """Takes no more connections, cancels all jobs, answers all requests, sends `bye` to every client, then closes all

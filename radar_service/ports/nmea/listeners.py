@@ -6,7 +6,7 @@ import socket
 import time
 from collections.abc import Callable, Sequence
 from ipaddress import IPv6Address, ip_address
-from typing import Generic, Protocol, TypeVar
+from typing import ClassVar, Generic, Protocol, TypeVar
 
 from radar_service.ports.nmea.sentences import RADAR, sentence
 from radar_service.ports.udp.addresses import Address, bound
@@ -40,17 +40,20 @@ Made = TypeVar("Made", bound=Client)
 
 
 class TcpListener(Generic[Made]):
-    """Takes connections. refused: how many it did not take; clients: those that are connected."""
+    """Takes connections.
+
+    refused: how many it did not take; clients: those that are connected; patience: how long one may do nothing while others want
+    its place [s].
+    """
+
+    patience: ClassVar[float]
 
     def __init__(
-        self, option: str, where: Address, allowed: Sequence[str] | None, taking: Callable[[socket.socket, str], Made],
-        patience: float, clock: Callable[[], float],
-    ) -> None:  # fmt: skip
-        """option: with which messages begin; allowed: who may connect from other machines, None: all; taking: makes a client,
-        whose address it is told; patience: how long one may do nothing while others want its place [s]. Raises UsageError."""
+        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        """option: with which messages begin; allowed: who may connect from other machines, None: all. Raises UsageError."""
         self.refused, self.clients = 0, list[Made]()
-        self._option, self._allowed, self._taking, self._logged = option, allowed, taking, ""
-        self._patience, self._clock = patience, clock
+        self._option, self._allowed, self._logged, self._clock = option, allowed, "", clock
         self._listener = bound(option, where, socket.SOCK_STREAM, lambda listener: listener.listen(BACKLOG))
 
     @property
@@ -58,6 +61,10 @@ class TcpListener(Generic[Made]):
         """Where it listens."""
         host, port, *_ = self._listener.getsockname()
         return host, port
+
+    def taken(self, connection: socket.socket, address: str) -> Made:
+        """Returns the client of a new connection."""
+        raise NotImplementedError
 
     def accept(self) -> None:
         """Takes the connections that have come. One beyond MAX_CLIENTS is refused, unless another one gives way."""
@@ -72,7 +79,7 @@ class TcpListener(Generic[Made]):
                     self._refuse(connection, str(host), reason)
                     continue
                 self._logged = ""
-                self.clients.append(self._taking(connection, f"{host}:{port}"))
+                self.clients.append(self.taken(connection, f"{host}:{port}"))
 
     def drop(self, client: Made) -> None:
         """Ends a connection."""
@@ -82,7 +89,7 @@ class TcpListener(Generic[Made]):
     def _make_room(self) -> bool:
         """Drops a client that has gone, perhaps, or else the one that is idle for the longest time."""
         client = min(self.clients, key=lambda each: (not each.has_ended, each.idle_since), default=None)
-        if client is None or not (client.has_ended or self._clock() - client.idle_since >= self._patience):
+        if client is None or not (client.has_ended or self._clock() - client.idle_since >= self.patience):
             return False
         self.drop(client)
         return True
@@ -141,11 +148,11 @@ class _TcpClient:
 class TcpSender(TcpListener[_TcpClient]):
     """A TCP server that sends. lost: as of each sender."""
 
-    def __init__(
-        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        super().__init__(option, where, allowed, lambda connection, _: _TcpClient(connection, clock()), STALLED, clock)
-        self.lost = 0
+    patience, lost = STALLED, 0
+
+    def taken(self, connection: socket.socket, address: str) -> _TcpClient:
+        """Returns a client that has taken all there is."""
+        return _TcpClient(connection, self._clock())
 
     def send(self, sentences: Sequence[bytes]) -> None:
         """Sends to all that are connected; one that does not read loses sentences, whole ones."""

@@ -68,12 +68,11 @@ class _TcpTalk(_Talk):
 class TcpReceiver(TcpListener[_TcpTalk]):
     """A TCP server that reads."""
 
-    def __init__(
-        self, option: str, where: Address, allowed: Sequence[str] | None, clock: Callable[[], float] = time.monotonic
-    ) -> None:
-        super().__init__(
-            option, where, allowed, lambda connection, address: _TcpTalk(connection, address, clock), IDLE, clock
-        )
+    patience = IDLE
+
+    def taken(self, connection: socket.socket, address: str) -> _TcpTalk:
+        """Returns a client that has said nothing."""
+        return _TcpTalk(connection, address, self._clock)
 
     @property
     def sockets(self) -> Sequence[socket.socket]:

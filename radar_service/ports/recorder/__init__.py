@@ -5,8 +5,7 @@ from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
-from radar_service.terminal import UsageError, add_sources, check_sources, file_ending
-from radar_service.terminal import prepare
+from radar_service.terminal import UsageError, add_sources, check_sources, file_ending, prepare
 
 if TYPE_CHECKING:
     from radar_service.ports.port import Port

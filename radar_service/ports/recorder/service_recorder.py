@@ -6,8 +6,7 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
-from types import TracebackType
-from typing import IO, NamedTuple, Self
+from typing import IO, NamedTuple
 
 from radar_service.ports.port import Port
 from radar_service.recording.radar_recording import NOTHING, RadarRecording
@@ -28,39 +27,49 @@ class Work(NamedTuple):
     ends_scan: bool = False
 
 
-class ServiceRecorder:
-    """A recording of all radars of a service, as a context manager. Raises OSError where the file cannot be created.
+class RecorderPort(Port):
+    """Records all radars of a service, which wait for it where a disk is slow.
 
-    A disk that is full, or takes longer than `patience` [s], ends the recording with a line on standard error. The feed goes on,
-    and what is in the file can be read.
+    A disk that is full, or takes longer than `patience` [s], ends the recording with a line in the log. The feed goes on, and
+    what is in the file can be read.
 
-    recorded: what spokes tell of their sources.
+    fault: why the recording has ended, None while it goes on.
     """
 
+    name, delays = "recorder", True
+
     def __init__(
-        self, path: Path, with_truth: bool, patience: float = PATIENCE, create: Callable[[Path], IO[bytes]] = created,
-        recorded: SourceRequest = NOTHING,
+        self, path: Path, with_truth: bool, sources: SourceRequest = NOTHING, patience: float = PATIENCE,
+        create: Callable[[Path], IO[bytes]] = created,
     ) -> None:  # fmt: skip
-        """create: returns the empty file; recorded: what spokes tell of their sources."""
+        """Opens the file. sources: what spokes tell of their sources; create: returns the empty file. Raises OSError."""
         self.fault: str | None = None
-        self._path, self._with_truth, self._patience, self.recorded = path, with_truth, patience, recorded
+        self._path, self._with_truth, self._patience, self.sources = path, with_truth, patience, sources
         self._file = RecordingFile(path, create)
         self._work: deque[Work] = deque()
         self._recordings: dict[str, RadarRecording] = {}
         self._waiting = self._scan_ends = 0
         self._changed, self._closing, self._has_begun = threading.Condition(), False, False
         self._thread = threading.Thread(target=self._run, name="recorder", daemon=True)
+        self._thread.start()
 
-    def sink(self, radar: str) -> "RecordingSink":
-        """Returns the sink for the spokes of the radar of that id."""
+    def sinks(self, radar: str) -> Sequence[SpokeSink]:
+        """Returns the sink of a radar."""
         if not self._has_begun:
             self._recording(radar)  # its channels are in the first chunk
-        return RecordingSink(partial(self._recording, radar), self.put)
+        return (RecordingSink(partial(self._recording, radar), self.put),)
+
+    def close(self) -> None:
+        """Writes what waits, and closes the file."""
+        with self._changed:
+            self._closing = True
+            self._changed.notify_all()
+        self._thread.join(self._patience)
 
     def _recording(self, radar: str) -> RadarRecording:
         """The channels of a radar. Once the thread writes, it alone may add some."""
         if radar not in self._recordings:
-            self._recordings[radar] = RadarRecording(self._file, radar, self._with_truth, self.recorded)
+            self._recordings[radar] = RadarRecording(self._file, radar, self._with_truth, self.sources)
         return self._recordings[radar]
 
     def put(self, work: Work) -> None:
@@ -74,16 +83,6 @@ class ServiceRecorder:
                 self._waiting += work.size
                 self._scan_ends += work.ends_scan
                 self._changed.notify_all()
-
-    def __enter__(self) -> Self:
-        self._thread.start()
-        return self
-
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
-        with self._changed:
-            self._closing = True
-            self._changed.notify_all()
-        self._thread.join(self._patience)
 
     def _run(self) -> None:
         try:
@@ -141,23 +140,3 @@ class RecordingSink(SpokeSink):
     def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
         """Takes the notice of spokes that never come."""
         self._put(Work(lambda: self._recording().skip(epoch, first, count, reason)))
-
-
-class RecorderPort(Port):
-    """Records all radars of a service. They wait for it where a disk is slow, up to the patience of its recorder."""
-
-    name, delays = "recorder", True
-
-    def __init__(self, path: Path, with_truth: bool, sources: SourceRequest) -> None:
-        """Opens the file. Raises OSError."""
-        self.sources = sources
-        self._recorder = ServiceRecorder(path, with_truth, recorded=sources)
-        self._recorder.__enter__()
-
-    def sinks(self, radar: str) -> Sequence[SpokeSink]:
-        """Returns the sink of a radar."""
-        return (self._recorder.sink(radar),)
-
-    def close(self) -> None:
-        """Writes what waits, and closes the file."""
-        self._recorder.__exit__(None, None, None)

@@ -5,9 +5,10 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from fastapi import FastAPI, HTTPException, Request
+from fastapi import APIRouter, FastAPI, HTTPException, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import JSONResponse
+from fastapi.routing import APIRoute
 from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.requests import ClientDisconnect
 
@@ -21,8 +22,8 @@ from radar_service.processes.limits import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
 from radar_service.service.radio.station import Station
+from radar_service.spoke_source import BusyFault, SpokeSourceFault
 from radar_service.world import CommandError, NotSteerableError, SceneError, UnknownBodyError
 
 Answers = dict[int | str, dict[str, Any]]
@@ -61,6 +62,11 @@ LINES: dict[type[Exception], Callable[[Any], Sequence[str]]] = {  # of the other
 }
 FOR_NOW = (TooManyCommandsError, Busy, MachineBusyError, BusyFault)  # the answer says when to try again
 RETRY = {"Retry-After": str(RETRY_SECONDS)}
+
+
+def api_router(tag: str, kind: type[APIRoute] = APIRoute) -> APIRouter:
+    """Returns a router of paths under /api, whose answers where a token or a host is refused OpenAPI knows."""
+    return APIRouter(prefix="/api", tags=[tag], route_class=kind, responses=PROTECTED)
 
 
 def add_exception_handlers(app: FastAPI) -> None:

@@ -4,7 +4,6 @@ import asyncio
 import shutil
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 
 from prometheus_client import CollectorRegistry, ProcessCollector
@@ -107,14 +106,14 @@ COUNTERS: dict[str, tuple[str, Read]] = {
     "radar_bytes": ("Bytes handed to sockets", lambda s: s.hub.totals().bytes),
     "radar_slips": (
         "Times that the engine was so late that the schedule started anew",
-        lambda s: s.transmitter.pacer.schedule.slips,
+        lambda s: s.transmitter.pacer.group_clock.schedule.slips,
     ),
     "radar_restarts": (
         "Times that the engine failed and was started again", lambda s: s.transmitter.state.restarts,
     ),
 }  # fmt: skip
 GAUGES: dict[str, tuple[str, Read]] = {
-    "radar_lag_seconds": ("How late the newest spokes were sent", lambda s: s.transmitter.pacer.schedule.lag),
+    "radar_lag_seconds": ("How late the newest spokes were sent", lambda s: s.transmitter.pacer.group_clock.schedule.lag),
     "radar_real_time_factor": (
         "Simulated seconds per second over the last seconds", lambda s: s.transmitter.pacer.reached(),
     ),
@@ -131,15 +130,14 @@ GAUGES: dict[str, tuple[str, Read]] = {
 
 
 class _Families(Collector):
-    """The families of metrics that some functions yield."""
+    """Families of metrics with their present values."""
 
-    def __init__(self, *families: Callable[[], Iterator[Metric]]) -> None:
+    def __init__(self, families: Iterable[Metric]) -> None:
         self._families = families
 
-    def collect(self) -> Iterator[Metric]:
-        """Yields each family of metrics with its present values."""
-        for each in self._families:
-            yield from each()
+    def collect(self) -> Iterable[Metric]:
+        """Returns them."""
+        return self._families
 
 
 def _of_stations(stations: Sequence[Station], refused: Mapping[str, int]) -> Iterator[Metric]:
@@ -200,7 +198,6 @@ def exposition(
 ) -> bytes:
     """Returns all metrics, those of the process too, in the format of Prometheus. threads: of the ports."""
     registry = CollectorRegistry()
-    families = partial(_of_stations, stations, refused), partial(_of_ports, threads), partial(_of_service, vitals)
-    registry.register(_Families(*families))
+    registry.register(_Families([*_of_stations(stations, refused), *_of_ports(threads), *_of_service(vitals)]))
     ProcessCollector(registry=registry)
     return generate_latest(registry)

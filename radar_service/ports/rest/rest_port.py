@@ -9,9 +9,9 @@ from fastapi import APIRouter, Request, Response
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.port import Port, Service
 from radar_service.ports.rest import metrics, schemas
-from radar_service.ports.rest.answers import PROTECTED, REFUSED, UNKNOWN
+from radar_service.ports.rest.answers import REFUSED, UNKNOWN, api_router
 from radar_service.ports.rest.bodies import BodyReader
-from radar_service.ports.rest.command_routes import command_routes
+from radar_service.ports.rest.command_routes import command_routes, error_routes
 from radar_service.ports.rest.metrics import Vitals
 from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.radar_routes import radar_routes
@@ -47,15 +47,14 @@ class RestPort(Port):
         service.cancel_jobs.append(pictures.close)
         self._changes = changes = ChangeFeed(stations, service.refused)
         reader = BodyReader(service.fork_server, jobs)
-        api = APIRouter(prefix="/api", responses=PROTECTED)
-        api.include_router(scene_routes(stations, self.store, reader))
-        api.include_router(radar_routes(stations, self.store, reader, pictures))
-        api.include_router(command_routes(stations))
-        api.include_router(job_routes(jobs))
-        api.include_router(health_routes(stations, vitals))
-        api.include_router(ticket_routes(service.tickets))
         return (
-            api,
+            scene_routes(stations, self.store, reader),
+            radar_routes(stations, self.store, reader, pictures),
+            error_routes(stations),
+            command_routes(stations),
+            job_routes(jobs),
+            health_routes(stations, vitals),
+            ticket_routes(service.tickets),
             truth_routes(stations, service.refused),
             pose_routes(stations, service.refused),
             changes.routes(),
@@ -95,7 +94,7 @@ def _metrics(service: Service, vitals: Vitals) -> APIRouter:
 
 def job_routes(jobs: JobQueue) -> APIRouter:
     """Returns the routes under /jobs."""
-    router = APIRouter(tags=["jobs"])
+    router = api_router("jobs")
 
     @router.get("/jobs")
     @needs("read")
@@ -122,7 +121,7 @@ def job_routes(jobs: JobQueue) -> APIRouter:
 
 def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
     """Returns the routes under /health."""
-    router = APIRouter(tags=["health"])
+    router = api_router("health")
 
     @router.get(
         "/health", responses={503: {"model": schemas.Health, "description": "a radar has failed or is starting again"}}
@@ -160,7 +159,7 @@ def health_routes(stations: Mapping[str, Station], vitals: Vitals) -> APIRouter:
 
 def ticket_routes(tickets: Tickets) -> APIRouter:
     """Returns the route of tickets."""
-    router = APIRouter(tags=["access"])
+    router = api_router("access")
 
     @router.post("/tickets", status_code=201)
     @needs("read")

@@ -13,7 +13,7 @@ from starlette.formparsers import MultiPartException
 from starlette.types import Message
 
 from radar_service.ports.rest import schemas
-from radar_service.ports.rest.answers import BUSY, CONFLICT, REFUSED, STORED, UNKNOWN, UNREADABLE
+from radar_service.ports.rest.answers import BUSY, CONFLICT, REFUSED, STORED, UNKNOWN, UNREADABLE, api_router
 from radar_service.ports.rest.bodies import BODY, SCENE, BodyReader, Parsed
 from radar_service.ports.rest.scene_store import SceneStore, UploadFolder, checked_file_names, checked_name, without_folder
 from radar_service.ports.roles import needs
@@ -124,7 +124,7 @@ def _store(files: Mapping[str, UploadFile], folder: Path) -> None:
 
 def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader) -> APIRouter:
     """Returns the routes under /scenes."""
-    router = APIRouter(tags=["scenes"])
+    router = api_router("scenes")
 
     @router.get("/scenes")
     @needs("read")

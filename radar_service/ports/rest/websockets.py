@@ -3,11 +3,11 @@
 import asyncio
 import contextlib
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import AsyncIterator, Callable, Mapping
 from typing import Any, NamedTuple
 
 from fastapi import APIRouter
-from starlette.websockets import WebSocket, WebSocketDisconnect
+from starlette.websockets import WebSocket
 
 from radar_service import wire
 from radar_service.ports.http.conversation import (
@@ -19,6 +19,7 @@ from radar_service.ports.http.conversation import (
     converse,
     refuse,
     say_bye,
+    send_texts,
     until_gone,
 )
 from radar_service.ports.http.security import ROLE
@@ -30,7 +31,6 @@ from radar_service.service.poses import PoseReader
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
 from radar_service.service.radio.state_changes import SECRET, StateChange, StateWatch
 from radar_service.service.radio.station import Station
-from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.token_bucket import TokenBucket
 from radar_service.strict_json import parsed
 from radar_service.world import CommandError
@@ -79,7 +79,9 @@ class _Conversation:
     async def run(self) -> None:
         """Serves the client until it leaves."""
         try:
-            end = await converse(self._socket, self._take(), self._answer(), self._station.ended.wait())
+            end = await converse(
+                self._socket, self._take(), send_texts(self._socket, self._sent()), self._station.ended.wait()
+            )
         finally:
             while not self._answers.empty():
                 self._answers.get_nowait().cancel()
@@ -93,11 +95,10 @@ class _Conversation:
         while (message := await self._socket.receive())["type"] != "websocket.disconnect":
             await self._answers.put(asyncio.create_task(self._carried_out(message)))
 
-    async def _answer(self) -> None:
-        """Sends one answer for each pose, in order."""
-        with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; `_take` returns too
-            while True:
-                await self._socket.send_text(json.dumps(await (await self._answers.get()), allow_nan=False))
+    async def _sent(self) -> AsyncIterator[str]:
+        """Yields one answer for each pose, in order."""
+        while True:
+            yield json.dumps(await (await self._answers.get()), allow_nan=False)
 
     async def _carried_out(self, message: Mapping[str, Any]) -> Answer:
         """The answer to a message: the command that it has become, or why there is none."""
@@ -143,7 +144,7 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
         except FeedRefused as error:
             return await refuse(socket, UNAVAILABLE, str(error), refused)
         try:
-            end = await converse(socket, _send_truth(socket, station.truth_stream, follower), until_gone(socket))
+            end = await converse(socket, send_texts(socket, station.truth_stream.lines(follower)), until_gone(socket))
         finally:
             station.truth_stream.leave(follower)
         if end:
@@ -152,12 +153,6 @@ def truth_routes(stations: Mapping[str, Station], refused: Callable[[str], None]
             await say_bye(socket, follower.code, follower.reason)
 
     return router
-
-
-async def _send_truth(socket: WebSocket, stream: TruthStream, follower: Follower) -> None:
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
-        async for line in stream.lines(follower):
-            await socket.send_text(line)
 
 
 class ChangeFeed:
@@ -202,7 +197,7 @@ class ChangeFeed:
                     waiting.put_nowait(json.dumps(change.as_dict()))
         self._clients[waiting] = client._replace(most=waiting.qsize() + MAX_WAITING)
         try:
-            end = await converse(socket, _send(socket, waiting), until_gone(socket), end=client.end)
+            end = await converse(socket, send_texts(socket, _taken(waiting)), until_gone(socket), end=client.end)
         finally:
             del self._clients[waiting]
         if end:
@@ -232,7 +227,6 @@ class _Listener(NamedTuple):
     most: int = MAX_WAITING
 
 
-async def _send(socket: WebSocket, waiting: Waiting) -> None:
-    with contextlib.suppress(WebSocketDisconnect, RuntimeError):  # the socket has closed; until_gone returns too
-        while True:
-            await socket.send_text(await waiting.get())
+async def _taken(waiting: Waiting) -> AsyncIterator[str]:
+    while True:
+        yield await waiting.get()

@@ -9,6 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from fastapi import HTTPException
+
 from radar_service.numerics import DISPLAY_RANGES
 from radar_service.ports.rest.schemas import checked_change
 from radar_service.service.controls import ControlError
@@ -56,7 +58,7 @@ def ranges(scene: SceneOutline) -> list[int]:
 def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]:
     """Returns our controls that a request for a control of the API changes, by its id in any case.
 
-    given: a value, or an object as the API has it. Raises UnknownControlError, and ControlError that says what is allowed.
+    given: a value, or an object as the API has it. Raises HTTPException, 404, and ControlError that says what is allowed.
     """
     control = control_of(identity)
     if control.change is None:
@@ -69,19 +71,12 @@ def own_change(identity: str, given: Any, scene: SceneOutline) -> dict[str, Any]
     return checked_change(control.change(values))
 
 
-class UnknownControlError(KeyError):
-    """There is no such control. The text lists those that there are."""
-
-    def __str__(self) -> str:
-        return str(self.args[0])
-
-
 def control_of(identity: str) -> SignalKControl:
-    """Returns a control by its id, in any case. Raises UnknownControlError."""
+    """Returns a control by its id, in any case. Raises HTTPException, 404, that lists those that there are."""
     for control in CONTROLS:
         if control.identity.lower() == identity.lower():
             return control
-    raise UnknownControlError(f'control: there is no "{identity[:40]}"; there are {", ".join(c.identity for c in CONTROLS)}')
+    raise HTTPException(404, f'control: there is no "{identity[:40]}"; there are {", ".join(c.identity for c in CONTROLS)}')
 
 
 def _as_object(identity: str, given: Any) -> Values:

@@ -1,18 +1,20 @@
-"""The HTTP routes of the Signal K Radar API, and the websocket of spokes."""
+"""The HTTP routes of the Signal K Radar API, and the websocket of spokes. Changes and failures are answered by a report."""
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from typing import Any, cast
 
 from fastapi import APIRouter, HTTPException, Request, Response
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.websockets import WebSocket
 
 from radar_service.ports.feed.feed_socket import serve
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.port import Service
+from radar_service.ports.rest.answers import LINES, STATUS
 from radar_service.ports.rest.bodies import parsed_body
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import SignalKRoute, answered, problem
 from radar_service.ports.signalk.codec import RadarShape, SignalKCodec
 from radar_service.ports.signalk.controls import control_of, own_change
 from radar_service.ports.signalk.radars import VERSION, Radars, capabilities, control_values, listed
@@ -28,9 +30,35 @@ NO_TARGETS = "targets: this server tracks none; it is what you test your tracker
 Targets = Callable[[str], Sequence[Any]]  # those of a radar, by its id in the API
 
 
+def report(status: int, message: str = "OK", **more: Any) -> dict[str, Any]:
+    """Returns the report of a change: COMPLETED where the status (of HTTP) is below 400, or FAILED with the reason."""
+    return {"state": "COMPLETED" if status < 400 else "FAILED", "statusCode": status, "message": message, **more}
+
+
+def answered(status: int, message: str = "OK") -> JSONResponse:
+    """Returns the report of a change as an answer."""
+    return JSONResponse(report(status, message), status)
+
+
+def refusal(status: int, reason: str) -> tuple[int, dict[str, Any]]:
+    """Returns status and report of a refusal; the API has no 422."""
+    status = 400 if status == 422 else status
+    return status, report(status, reason)
+
+
+def failure(error: Exception) -> dict[str, Any]:
+    """Returns the report of what was raised for a message of the stream; raises it where it is no refusal."""
+    if isinstance(error, StarletteHTTPException):
+        return refusal(error.status_code, str(error.detail))[1]
+    for kind, status in STATUS.items():
+        if isinstance(error, kind):
+            return refusal(status, "; ".join(LINES[kind](error)) if kind in LINES else str(error))[1]
+    raise error
+
+
 def radar_routes(service: Service, radars: Radars, targets: Targets | None = None) -> APIRouter:
     """Returns the routes under /signalk, but for the stream. targets: None where none are told."""
-    router = APIRouter(tags=["signalk"], route_class=SignalKRoute, include_in_schema=False)
+    router = APIRouter(tags=["signalk"], include_in_schema=False)
     _add_lists(router, radars)
     _add_controls(router, radars)
     _add_targets(router, radars, targets)
@@ -120,7 +148,7 @@ def _add_controls(router: APIRouter, radars: Radars) -> None:
             try:
                 await changed(station, name, requested[name])
             except ControlError as error:
-                failures.append(problem(error)[1])
+                failures.append(str(error))
         return answered(400, "; ".join(failures)) if failures else answered(200)
 
 
@@ -154,7 +182,7 @@ def _add_spokes(router: APIRouter, service: Service, radars: Radars) -> None:
 
 
 async def changed(station: Station, control: str, given: Any) -> None:
-    """Changes a control of a radar by its id in the API. Raises UnknownControlError and what Station.change raises."""
+    """Changes a control of a radar by its id in the API. Raises what `own_change` and Station.change raise."""
     await station.change(own_change(control, given, station.epoch.info.scene))
 
 

@@ -17,9 +17,8 @@ from radar_service.ports.http.security import ROLE
 from radar_service.ports.http.websocket import framed
 from radar_service.ports.port import Service
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import problem, report
-from radar_service.ports.signalk.controls import CONTROLS, UnknownControlError
-from radar_service.ports.signalk.radar_routes import STREAM, changed
+from radar_service.ports.signalk.controls import CONTROLS
+from radar_service.ports.signalk.radar_routes import STREAM, changed, failure, report
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.subscriptions import SELF, Path, Subscriber, Subscription, SubscriptionError
 from radar_service.ports.signalk.values import Values
@@ -176,8 +175,8 @@ class _StreamClient:
         try:
             content = _content(message)
             await self._carry_out(content)
-        except Exception as error:  # those that `problem` does not know it raises again
-            result = report(400, str(error)) if isinstance(error, SubscriptionError) else report(*problem(error))
+        except Exception as error:  # those that are no refusals are raised again
+            result = report(400, str(error)) if isinstance(error, SubscriptionError) else failure(error)
         else:
             result = report(200)
         identity = content.get("requestId") if isinstance(content, Mapping) else None
@@ -206,8 +205,8 @@ class _StreamClient:
             self._streams.radars.station(parts[1]) if len(parts) == 4 and parts[::2] == ["radars", "controls"] else None
         )
         if station is None:
-            raise UnknownControlError(
-                f'path: there is no "{".".join(parts)}" to change; there are radars.ID.controls.CONTROL'
+            raise HTTPException(
+                404, f'path: there is no "{".".join(parts)}" to change; there are radars.ID.controls.CONTROL'
             )
         if not self._may_command:
             raise HTTPException(403, "token: needed to command; connect with the header Authorization: Bearer TOKEN")

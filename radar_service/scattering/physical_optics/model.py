@@ -113,14 +113,14 @@ class OpticalBody:
 
 def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int) -> list[OpticalBody]:
     """`OpticalBody` of each body. Those of equal meshes, materials and plating are one object."""
-    shared: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
+    optical: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
     result = []
     for body in bodies:
         assert body.mesh is not None
         key = content_key(body.mesh.vertices, body.mesh.faces), body.material.name, body.plating
-        if key not in shared:
-            shared[key] = OpticalBody.of(body, radar, bounces)
-        result.append(shared[key])
+        if key not in optical:
+            optical[key] = OpticalBody.of(body, radar, bounces)
+        result.append(optical[key])
     return result
 
 

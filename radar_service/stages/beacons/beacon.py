@@ -74,9 +74,8 @@ class Beacon(ABC):
         """Within how far [m] pulses of a radar trigger it at boresight in free space; 0 where it does not take them."""
         if not self.receives(radar.frequency, radar.pulse):
             return 0.0
-        return float(
-            radar.wavelength / (4.0 * np.pi) * np.sqrt(radar.power * radar.gain / np.sqrt(radar.loss) / self.sensitivity)
-        )
+        reached = radar.power * radar.gain / np.sqrt(radar.loss) / self.sensitivity
+        return float(radar.wavelength / (4.0 * np.pi) * np.sqrt(reached))
 
     @property
     @abstractmethod
@@ -166,10 +165,8 @@ class Sart(Beacon):
         cycle = np.arange(SART_CYCLES) * (RETURN_SWEEP + FORWARD_SWEEP)
         begin = np.stack([cycle, cycle + RETURN_SWEEP], axis=-1).ravel()
         low, high = (edge - frequency for edge in SART_BAND)
-        length, first, last = (
-            np.tile(pair, SART_CYCLES) for pair in ((RETURN_SWEEP, FORWARD_SWEEP), (high, low), (low, high))
-        )
-        return Pulses(begin, length, first, last)
+        pairs = (RETURN_SWEEP, FORWARD_SWEEP), (high, low), (low, high)
+        return Pulses(begin, *(np.tile(pair, SART_CYCLES) for pair in pairs))
 
     @staticmethod
     def first_dot(frequency: float) -> float:

@@ -23,11 +23,15 @@ from radar_service.stages.effect import Effect, Source
 from radar_service.stages.fields import Number, Section, record_of
 from radar_service.world import Body, Installation, Mesh
 
+if TYPE_CHECKING:
+    from radar_service.world import Scene
+
 Instant = Annotated[float, Field(strict=True, ge=0, le=1e9)]  # s of simulated time
 Part = Annotated[float, Field(strict=True, ge=-1000, le=1000)]  # m
 BANDS = {"x": (X_BAND,), "s": (S_BAND,), "both": (X_BAND, S_BAND)}
 ABOVE = 0.5  # m of an antenna above the highest point of its body
 MAX_ANSWER = 200e-6  # s, of a racon
+MAX_MULTIPATH = 2.0  # of the field, direct and reflected ray in phase: a pulse triggers as much farther
 
 
 class BeaconSection(Section):
@@ -91,17 +95,8 @@ class SartModel(BeaconSection):
             yield f"end_s: {self.end_s:g} is not after start_s {self.start_s:g}; exchange or remove them"
 
 
-def beacon_from_models(racon: RaconModel | None, sart: SartModel | None, mesh: Mesh | None) -> Beacon | None:
-    """Returns the beacon of a body, None where it has none. mesh: of the body."""
-    if racon is not None:
-        return _racon(racon, mesh)
-    return None if sart is None else record_of(Sart, sart, offset=_offset(sart, mesh))
-
-
 def _racon(model: RaconModel, mesh: Mesh | None) -> Racon:
-    dot = model.dot_s
-    if dot is None:
-        dot = 2.0 * model.mark_m / SPEED_OF_LIGHT / morse_dots(model.letter)
+    dot = 2.0 * model.mark_m / SPEED_OF_LIGHT / morse_dots(model.letter) if model.dot_s is None else model.dot_s
     sweep = model.sweep_s if model.mode == "sweep" else None
     offset, bands = _offset(model, mesh), BANDS[model.band]
     return record_of(Racon, model, offset=offset, letters=model.letter, dot=dot, bands=bands, sweep=sweep)
@@ -116,12 +111,6 @@ def _offset(model: BeaconSection, mesh: Mesh | None) -> tuple[float, float, floa
     vertices = mesh.used_vertices
     east, north, up = vertices[vertices[:, 2].argmax()].tolist()
     return east, north, up + ABOVE
-
-
-if TYPE_CHECKING:
-    from radar_service.world import Scene
-
-MAX_MULTIPATH = 2.0  # of the field, direct and reflected ray in phase: a pulse triggers as much farther
 
 
 class BeaconEffect(Effect):
@@ -146,39 +135,47 @@ class BeaconEffect(Effect):
             raise ValueError(f"{keys[0]}: a height map is land; give the beacon to a body that stands on it")
 
     def body_record(self, given: Mapping[str, Any], mesh: Mesh | None) -> Beacon | None:
-        return beacon_from_models(given["racon"], given["sart"], mesh)
+        racon, sart = given["racon"], given["sart"]
+        if racon is not None:
+            return _racon(racon, mesh)
+        return None if sart is None else record_of(Sart, sart, offset=_offset(sart, mesh))
 
     def warnings(self, scene: "Scene") -> Sequence[str]:
-        beacons = [
-            (k, body, body.effects[self.name]) for k, body in enumerate(scene.world.bodies) if self.name in body.effects
-        ]
-        texts = [_beacon_warning(body, beacon, f"body[{k}].{beacon.kind}", scene.radars) for k, body, beacon in beacons]
+        beacons = [(k, body) for k, body in enumerate(scene.world.bodies) if self.name in body.effects]
+        texts = [_beacon_warning(body, body.effects[self.name], k, scene.radars) for k, body in beacons]
         return [text for text in texts if text]
 
     def body_text(self, body: Body, radar: Radar) -> str:
-        return _beacon_text(body.effects[self.name], radar)
+        beacon: Beacon = body.effects[self.name]
+        if not beacon.receives(radar.frequency, radar.pulse):
+            return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
+        what = f"{SART_CYCLES} cycles of sweeps, dots {DOT_SPACING:.0f} m apart"
+        if isinstance(beacon, Racon):
+            carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
+            silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
+            what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
+        return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"
 
     def sources_of(self, scene: "Scene") -> Sequence[Source]:
         kinds = {beacon.kind for beacon in self.of_bodies(scene).values()}
         return [source for source in self.sources if source.name in kinds]
 
 
-def _beacon_warning(body: Body, beacon: Beacon, location: str, installations: Sequence[Installation]) -> str:
+def _beacon_warning(body: Body, beacon: Beacon, key: int, installations: Sequence[Installation]) -> str:
+    location = f"body[{key}].{beacon.kind}"
     reaches = [max(beacon.triggering_range(radar) for radar in each.radar.of_each_pulse) for each in installations]
     if max(reaches) == 0.0:
         return f"{location}: {body.name} answers no radar of this scene, {_taken(beacon)}; {_remedy(beacon, installations)}"
     if not body.motion.at_rest or not all(each.platform.motion.at_rest for each in installations):
         return ""
-    position = body.motion.position[0]
-    distances = [
-        float(np.linalg.norm(position - each.platform.antenna(0.0, each.radar.height)[0])) for each in installations
-    ]
-    nearest = min(zip(distances, reaches, strict=True), key=lambda pair: pair[0] / max(pair[1], 1e-9))
-    if nearest[0] <= MAX_MULTIPATH * nearest[1]:
+    antennas = (each.platform.antenna(0.0, each.radar.height)[0] for each in installations)
+    distances = [float(np.linalg.norm(body.motion.position[0] - antenna)) for antenna in antennas]
+    distance, reach = min(zip(distances, reaches, strict=True), key=lambda pair: pair[0] / max(pair[1], 1e-9))
+    if distance <= MAX_MULTIPATH * reach:
         return ""
     return (
-        f"{location}: {body.name} is {nearest[0] / 1000.0:.3g} km off, but the peak power of the radar's pulses triggers it "
-        f"within {nearest[1] / 1000.0:.3g} km in free space; raise power_w of the radar or lower sensitivity_dbm"
+        f"{location}: {body.name} is {distance / 1000.0:.3g} km off, but the peak power of the radar's pulses triggers it "
+        f"within {reach / 1000.0:.3g} km in free space; raise power_w of the radar or lower sensitivity_dbm"
     )
 
 
@@ -191,15 +188,3 @@ def _remedy(beacon: Beacon, installations: Sequence[Installation]) -> str:
     if any(low <= each.radar.frequency <= high for each in installations for low, high in beacon.listens):
         return "raise max_pulse_s or shorten the radar's pulse"
     return "give the radar such a frequency_hz" + ("" if isinstance(beacon, Sart) else ' or the racon band = "both"')
-
-
-def _beacon_text(beacon: Beacon, radar: Radar) -> str:
-    """What answers this radar from a body, and from how far at boresight in free space."""
-    if not beacon.receives(radar.frequency, radar.pulse):
-        return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
-    what = f"{SART_CYCLES} cycles of sweeps, dots {DOT_SPACING:.0f} m apart"
-    if isinstance(beacon, Racon):
-        carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
-        silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
-        what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
-    return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"

@@ -35,8 +35,7 @@ class BeaconTruths(EffectTruth):
 
     def __init__(self, scene: Scene, line_of_sight: OcclusionScene) -> None:
         self._scene = scene
-        keys = [key for key, body in enumerate(scene.bodies) if "beacon" in body.effects]
-        self._links = {key: BeaconLink(scene, key, line_of_sight) for key in keys}
+        self._links = {key: BeaconLink(scene, key, line_of_sight) for key in BeaconEffect().of_bodies(scene)}
 
     def at_crossing(self, body: int, time: float, boresight: float) -> BeaconTruth | None:
         """The beacon of a body, by its index in the scene, at `time` [s] for a boresight [rad]; None of a body without one."""
@@ -49,7 +48,9 @@ class BeaconTruths(EffectTruth):
         reachable = not self._scene.blind(when, np.array([boresight]))[0] and link.visible(time)
         begin = link.delay(state)[0] * SPEED_OF_LIGHT / 2.0
         pulses = beacon.pulses(radar.frequency, time)
-        one_way = float((state.transfer * gain)[0])
+        one_way, first_dot = float((state.transfer * gain)[0]), None
+        if isinstance(beacon, Sart):
+            first_dot = float(begin + beacon.first_dot(radar.frequency) * SPEED_OF_LIGHT / 2.0)
         return BeaconTruth(
             kind=beacon.kind,
             letters=beacon.letters if isinstance(beacon, Racon) else None,
@@ -60,9 +61,7 @@ class BeaconTruths(EffectTruth):
             begin=float(begin),
             end=float(begin + pulses.duration * SPEED_OF_LIGHT / 2.0),
             dot=beacon.dot * SPEED_OF_LIGHT / 2.0 if isinstance(beacon, Racon) else None,
-            first_dot=float(begin + beacon.first_dot(radar.frequency) * SPEED_OF_LIGHT / 2.0)
-            if isinstance(beacon, Sart)
-            else None,
+            first_dot=first_dot,
             dot_spacing=DOT_SPACING if isinstance(beacon, Sart) else None,
         )
 
@@ -191,9 +190,8 @@ class BeaconStage(Stage):
         )
         if len(deaf) == len(beacons):
             return [PlanItem("beacons", False, how)]
-        error = (
-            10.0 * math.log10(1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE) if scene.environment.noise else None
-        )
+        omitted = 1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE
+        error = 10.0 * math.log10(omitted) if scene.environment.noise else None
         return [PlanItem("beacons", True, how, error, microseconds=microseconds)]
 
     @classmethod

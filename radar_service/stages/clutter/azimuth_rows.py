@@ -21,29 +21,30 @@ WEAKEST, ALIAS = 1e-3, 1e-2  # of a beam: where its weights end; by how much row
 SPARE = 1  # chunks kept beyond those of a span, for slower threads
 
 
-class _Chunk:
-    """Up to CHUNK rows in one array, computed block by block. Threads wait for each other."""
+class BlockRows:
+    """Rows in one array, computed block by block when they are asked for. Threads wait for each other."""
 
-    def __init__(self, scan: int, start: int, length: int, make: MakeRows, block: int) -> None:
-        self._scan, self._start, self._length, self._make, self._block = scan, start, length, make, block
+    def __init__(self, count: int, make: Callable[[int, int], Rows], block: int = BLOCK) -> None:
+        """make: computes rows start to stop (exclusive), (stop - start, N); block: rows computed together."""
+        self._count, self._make, self._block = count, make, block
         self._rows: Rows | None = None
-        self._ready: Flags = np.zeros(-(-length // block), dtype=np.bool_)
+        self._ready: Flags = np.zeros(-(-count // block), dtype=np.bool_)
         self._lock = Lock()
 
-    def between(self, low: int, high: int) -> Rows:
-        """Rows low to high (exclusive), counted from the start of the chunk; at least one."""
+    def known(self, low: int, high: int) -> Rows:
+        """All rows (count, N), of which low to high (exclusive), at least one, are computed."""
         with self._lock:
             for block in range(low // self._block, -(-high // self._block)):
                 if not self._ready[block]:
                     self._compute(block)
             assert self._rows is not None
-            return self._rows[low:high]
+            return self._rows
 
     def _compute(self, block: int) -> None:
-        start, stop = block * self._block, min((block + 1) * self._block, self._length)
-        rows = self._make(self._scan, self._start + start, self._start + stop)
+        start, stop = block * self._block, min((block + 1) * self._block, self._count)
+        rows = self._make(start, stop)
         if self._rows is None:
-            self._rows = np.empty((self._length, *rows.shape[1:]), rows.dtype)
+            self._rows = np.empty((self._count, *rows.shape[1:]), rows.dtype)
         self._rows[start:stop] = rows
         self._ready[block] = True
 
@@ -59,7 +60,7 @@ class AzimuthRowCache:
         """block: rows computed together, a divisor of CHUNK; revision: of what `make` depends on besides its arguments."""
         self.rows_per_scan, self._make, self._block = rows_per_scan, make, block
         self._per_scan = -(-rows_per_scan // CHUNK)  # chunks
-        self._chunks: ResultCache[int, _Chunk] = ResultCache(1 + SPARE, revision)
+        self._chunks: ResultCache[int, BlockRows] = ResultCache(1 + SPARE, revision)
 
     def span(self, first: int, stop: int) -> Rows:
         """Rows first to stop (exclusive), (stop - first, N), read only."""
@@ -74,25 +75,16 @@ class AzimuthRowCache:
         start *= CHUNK
         before = scan * self.rows_per_scan + start  # rows from the start of the simulation to this chunk
         length = min(CHUNK, self.rows_per_scan - start)
-        chunk = self._chunks.get(number, lambda: _Chunk(scan, start, length, self._make, self._block))
-        return chunk.between(max(first - before, 0), min(stop - before, length))
+        low, high = max(first - before, 0), min(stop - before, length)
+        make = partial(self._made, scan, start)
+        return self._chunks.get(number, lambda: BlockRows(length, make, self._block)).known(low, high)[low:high]
+
+    def _made(self, scan: int, chunk: int, start: int, stop: int) -> Rows:
+        """Rows start to stop (exclusive) of the chunk that begins at row `chunk` of a scan."""
+        return self._make(scan, chunk + start, chunk + stop)
 
     def _chunk_of(self, row: int) -> int:
         return row // self.rows_per_scan * self._per_scan + row % self.rows_per_scan // CHUNK
-
-
-class StaticAzimuthRows:
-    """Azimuth rows that are the same in every scan, with the interface of `AzimuthRowCache`."""
-
-    def __init__(self, rows: Rows) -> None:
-        """rows: (rows per scan, N), row 0 points north."""
-        self.rows_per_scan, self._twice = len(rows), np.concatenate([rows, rows])
-
-    def span(self, first: int, stop: int) -> Rows:
-        """Rows first to stop (exclusive), (stop - first, N), read only."""
-        begin = first % self.rows_per_scan
-        end = begin + stop - first
-        return self._twice[begin:end] if end <= len(self._twice) else self._twice.take(range(begin, end), 0, mode="wrap")
 
 
 class BeamWeights:

@@ -13,10 +13,10 @@ import numpy as np
 from radar_service.numerics import Flags, Floats, Gain, Indices, Singles
 from radar_service.propagation import elevation_gain
 from radar_service.radar import horizon
-from radar_service.receive import Compression, receiver_noise_power, square_law
+from radar_service.receive import Compression, receiver_noise_power
+from radar_service.records import square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
-from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA
-from radar_service.stages.clutter.rain_cell import RainCells
+from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA, RainCells
 from radar_service.stages.clutter.resolution_cell import (
     MIN_CLUTTER_TO_NOISE,
     TWO_WAY_EXTENT,
@@ -151,9 +151,7 @@ class ClutterRows(RandomField):
     @property
     def rain_share(self) -> Singles:
         """Share of the rain in the local mean power, as `amplitude`."""
-        columns = self.field.shape[1]
-        rain = self.rain[..., :columns]
-        rain = np.pad(rain, [(0, 0)] * (rain.ndim - 1) + [(0, columns - rain.shape[-1])])
+        rain = _in_columns(self.rain, self.field.shape[1])
         mean = self.amplitude * self.amplitude
         share = np.divide(rain, mean, out=np.zeros_like(mean), where=mean > 0.0)
         share[share > NEARLY_ALL] = 1.0
@@ -212,8 +210,7 @@ class Clutter:
         if left is not None:
             amplitude *= np.sqrt(left[:, :columns])
         if rain.shape[-1]:
-            rain = np.pad(rain, [(0, 0)] * (rain.ndim - 1) + [(0, columns - rain.shape[-1])])
-            amplitude = np.sqrt(amplitude * amplitude + rain)
+            amplitude = np.sqrt(amplitude * amplitude + _in_columns(rain, columns))
         return amplitude
 
 
@@ -265,3 +262,9 @@ def _above_floor(power: Floats, floor: float) -> Floats:
     """The bins of power (N,) [W] up to the last one above the floor [W]."""
     above = np.flatnonzero(power > floor)
     return power[: int(above[-1]) + 1] if len(above) else power[:0]
+
+
+def _in_columns(power: Singles, columns: int) -> Singles:
+    """Power (..., n) [W] in the first columns (..., columns), 0 where it ends before."""
+    power = power[..., :columns]
+    return np.pad(power, [(0, 0)] * (power.ndim - 1) + [(0, columns - power.shape[-1])])

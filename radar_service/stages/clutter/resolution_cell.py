@@ -37,9 +37,9 @@ def resolution_cell(gain: Gain, compression: Compression, range_step: float) -> 
     return ResolutionCell(width, float(np.mean(pulse_power(compression))) * range_step)  # Parseval
 
 
-def two_way_gain(radar: Radar, offset: Floats) -> Floats:
-    """Two-way power gain at offsets from boresight in azimuth [rad]."""
-    return radar.azimuth_gain(offset) ** 2
+def two_way_gain(radar: Radar, offset: Floats, stretch: float = 1.0) -> Floats:
+    """Two-way power gain at offsets from boresight in azimuth [rad], of a beam `stretch` times as wide."""
+    return radar.azimuth_gain(offset / stretch) ** 2
 
 
 def pulse_power(compression: Compression) -> Floats:
@@ -55,9 +55,8 @@ def received_share(scene: Scene, compression: Compression) -> Floats:
         return np.ones(radar.bins)
     eclipsed = min(radar.bins, int(np.ceil(radar.pulse * radar.sample_rate)) + 1)  # bins within c T / 2
     column = np.unique(np.linspace(0, eclipsed - 1, 64).astype(np.int64))
-    energy = np.sum(np.abs(compression.profiles(_unit_echoes(compression, column))) ** 2, axis=1) / np.mean(
-        pulse_power(compression)
-    )
+    energy = np.sum(np.abs(compression.profiles(_unit_echoes(compression, column))) ** 2, axis=1)
+    energy = energy / np.mean(pulse_power(compression))
     return np.asarray(np.interp(np.arange(radar.bins), np.append(column, eclipsed), np.append(energy, 1.0)))
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from radar_service.numerics import Complexes, Floats, Gain, Indices, Singles
 from radar_service.propagation import elevation_gain
-from radar_service.radar import Radar
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, beam_weights, weight_rows
 from radar_service.stages.clutter.effect import TEXTURE_SHAPE
 from radar_service.stages.clutter.resolution_cell import TWO_WAY_EXTENT, ResolutionCell, two_way_gain, unit_power
@@ -191,7 +190,8 @@ def prepare_sea(
     """
     radar, step = scene.radar, scene.radar.range_step
     middle = (np.arange(columns, dtype=np.float64) + 0.5) * step
-    waves = _seen_waves(scene, cell)
+    seaway = scene.environment.seaway
+    waves = None if seaway is None else SeenWaves(drawn_waves(seaway, scene.environment.stream), cell.length)
     stretch = 1.0 if waves else _stretch(float(np.median(_shape(scene, middle, cell, line_of_sight.earth_radius))))
     law = _texture_law(scene, cell, stretch)
     shortest = law.across if waves is None else 2.0 / float(np.linalg.norm(waves.waves.wavenumber, axis=1).max())
@@ -200,10 +200,9 @@ def prepare_sea(
     total = cells.count * cells.bins
     mean = np.pad(np.sqrt(power), (0, total - len(power))).astype(np.float32).reshape(-1, cells.bins)
     distance = (np.arange(total // column_bins, dtype=np.float64) + 0.5) * step * column_bins
-    grid = _texture_grid(
-        scene, sea_point(distance, radar.height, line_of_sight.earth_radius).distance, rows_per_scan, step * column_bins
-    )
-    gain, reach = partial(_stretched_gain, radar, stretch), stretch * TWO_WAY_EXTENT * cell.width
+    ground = sea_point(distance, radar.height, line_of_sight.earth_radius).distance
+    grid = _texture_grid(scene, ground, rows_per_scan, step * column_bins)
+    gain, reach = partial(two_way_gain, radar, stretch=stretch), stretch * TWO_WAY_EXTENT * cell.width
     rows = (
         WaveRows(waves, grid, _row_weights(rows_per_scan, gain, reach))
         if waves
@@ -212,7 +211,7 @@ def prepare_sea(
     return Sea(
         mean,
         cells,
-        BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(_stretched_gain, radar, 1.0), extent, order=1),
+        BeamWeights(radar.azimuths, cells.rows.rows_per_scan, partial(two_way_gain, radar), extent, order=1),
         AzimuthRowCache(rows_per_scan, rows.make, TEXTURE_BLOCK, scene.own_revision),
         BeamWeights(radar.azimuths, rows_per_scan, gain, reach, order=2),
         TextureTable(_shape(scene, distance, cell, line_of_sight.earth_radius), _shape_factors(scene)),
@@ -237,12 +236,6 @@ def _shape_factors(scene: Scene) -> Floats | None:
     return swell_factor(np.arange(radar.azimuths, dtype=np.float64) * radar.azimuth_step - seaway.towards)
 
 
-def _seen_waves(scene: Scene, cell: ResolutionCell) -> SeenWaves | None:
-    """The waves that move the ships of a scene; None where none do."""
-    seaway = scene.environment.seaway
-    return None if seaway is None else SeenWaves(drawn_waves(seaway, scene.environment.stream), cell.length)
-
-
 def _column_bins(length: float, cell_length: float, step: float) -> int:
     """Bins in a column of texture of this 1/e length [m]; cell_length: of the resolution cell [m], step: of a bin [m]."""
     usual, maximum = COLUMN
@@ -252,11 +245,6 @@ def _column_bins(length: float, cell_length: float, step: float) -> int:
 def _stretch(shape: float) -> float:
     """Length over which a Gaussian falls to 1/e where its texture of shape nu does so over 1."""
     return 1.0 / float(np.sqrt(-np.log(gaussian_correlation(shape, float(np.exp(-1.0))))))
-
-
-def _stretched_gain(radar: Radar, stretch: float, offset: Floats) -> Floats:
-    """Two-way power gain, `stretch` times as wide."""
-    return two_way_gain(radar, offset / stretch)
 
 
 def _overlap(rows_per_scan: int, gain: Gain, extent: float) -> Floats:

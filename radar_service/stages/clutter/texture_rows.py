@@ -12,15 +12,15 @@ The texture is a Gaussian field on the map, read along lines: one periodic field
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from threading import Lock
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 import scipy.fft
 from numpy.lib.stride_tricks import as_strided
 
-from radar_service.numerics import TEXTURE, Flags, Floats, Indices, ResultCache, Singles, generator, normals
-from radar_service.stages.clutter.azimuth_rows import BLOCK
+from radar_service.numerics import TEXTURE, Floats, Indices, ResultCache, Singles, generator, normals
+from radar_service.stages.clutter.azimuth_rows import BLOCK, BlockRows
 from radar_service.stages.clutter.texture import TextureGains, TextureLaw
 
 SIZE = 1024  # grid points a side, a power of 2; 256 lengths, so 3 km along the wind in sea state 3
@@ -51,9 +51,8 @@ class PeriodicTexture:
         """
         begin = start @ self._grid_from_map.T + field[:, None] * OFFSET * SIZE
         slope = (outward @ self._grid_from_map.T).astype(np.float32)
-        room = SIZE * np.ceil(
-            np.abs(slope).max() * np.abs(distance).max(initial=0.0) / SIZE
-        )  # whole periods: no number below 0
+        reach = np.abs(slope).max() * np.abs(distance).max(initial=0.0)
+        room = SIZE * np.ceil(reach / SIZE)  # whole periods: no number below 0
         first = (begin % SIZE + room).astype(np.float32)
         index = self._grid_index(first[:, 0], slope[:, 0], distance)
         index *= SIZE
@@ -195,7 +194,7 @@ class IndependentRows:
         bearing = np.arange(rows, dtype=np.float64) * (2.0 * np.pi / rows)
         self._length = np.hypot(law.beam_averaged_length(bearing), law.cell)
         self._size = int(scipy.fft.next_fast_len(len(grid.distance) + CHUNK, real=True))
-        self._fields: ResultCache[int, _Field] = ResultCache(FIELDS)
+        self._fields: ResultCache[int, BlockRows] = ResultCache(FIELDS)
         self._amplitudes: ResultCache[int, Singles] = ResultCache(-(-rows // BLOCK))
 
     def rows(self, lines: TextureLines, first: int) -> Singles:
@@ -213,13 +212,23 @@ class IndependentRows:
         values = np.empty((*row.shape, CHUNK), dtype=np.float32)
         edges = [0, *(np.flatnonzero(np.diff(lines.field)) + 1).tolist(), len(row)]
         for low, high in zip(edges[:-1], edges[1:], strict=True):
-            field = self._field(int(lines.field[low])).rows(int(row[low:high].min()), int(row[low:high].max()) + 1)
+            field = self._field(int(lines.field[low])).known(int(row[low:high].min()), int(row[low:high].max()) + 1)
             values[low:high] = _runs(field)[row[low:high] * field.shape[1] + begin[low:high]]
         return values.reshape(len(row), -1)[:, :count]
 
-    def _field(self, number: int) -> "_Field":
-        shape = len(self._length), self._size
-        return self._fields.get(number, lambda: _Field(shape, self._amplitude, (self._seed, number)))
+    def _field(self, number: int) -> BlockRows:
+        return self._fields.get(number, lambda: BlockRows(len(self._length), partial(self._drawn, number)))
+
+    def _drawn(self, number: int, start: int, stop: int) -> Singles:
+        """Rows start to stop (exclusive) of a field, circular along range, their start repeated (stop - start, size + CHUNK)."""
+        rng = generator(self._seed, TEXTURE, 1 + number, start)
+        amplitude = self._amplitude(start, stop)
+        kept = amplitude.shape[1]
+        spectrum = np.zeros((stop - start, self._size // 2 + 1), dtype=np.complex64)
+        np.multiply(normals(rng, stop - start, 2 * kept).view(np.complex64), amplitude, out=spectrum[:, :kept])
+        spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # here the imaginary half of the draw is unused
+        values = scipy.fft.irfft(spectrum, n=self._size, axis=1)
+        return np.concatenate([values, values[:, :CHUNK]], axis=1, dtype=np.float32)
 
     def _amplitude(self, start: int, stop: int) -> Singles:
         """Of the spectra (stop - start, kept) of rows that a field draws together, up to the last frequency that counts."""
@@ -232,38 +241,6 @@ class IndependentRows:
         total = 2.0 * power.sum(axis=1, keepdims=True) - power[:, :1]  # both sides; the two ends' variances differ
         amplitude: Singles = (self._size * np.sqrt(0.5 * power / total)).astype(np.float32)
         return amplitude
-
-
-class _Field:
-    """One field, circular along range, its start repeated; drawn block by block. Threads wait for each other."""
-
-    def __init__(self, shape: tuple[int, int], amplitude: Callable[[int, int], Singles], key: tuple[int, int]) -> None:
-        """shape: rows and columns; amplitude: of the spectra of rows, as `IndependentRows._amplitude`; key: seed and number."""
-        (count, self._size), self._amplitude, self._key = shape, amplitude, key
-        self._rows = np.empty((count, self._size + CHUNK), dtype=np.float32)
-        self._ready: Flags = np.zeros(-(-count // BLOCK), dtype=np.bool_)
-        self._lock = Lock()
-
-    def rows(self, low: int, high: int) -> Singles:
-        """All rows (rows, size + CHUNK), of which low to high (exclusive) are drawn."""
-        with self._lock:
-            for block in range(low // BLOCK, -(-high // BLOCK)):
-                if not self._ready[block]:
-                    self._draw(block * BLOCK, min((block + 1) * BLOCK, len(self._rows)))
-                    self._ready[block] = True
-        return self._rows
-
-    def _draw(self, start: int, stop: int) -> None:
-        seed, number = self._key
-        rng = generator(seed, TEXTURE, 1 + number, start)
-        amplitude = self._amplitude(start, stop)
-        kept = amplitude.shape[1]
-        spectrum = np.zeros((stop - start, self._size // 2 + 1), dtype=np.complex64)
-        np.multiply(normals(rng, stop - start, 2 * kept).view(np.complex64), amplitude, out=spectrum[:, :kept])
-        spectrum[:, 0] *= np.float32(np.sqrt(2.0))  # here the imaginary half of the draw is unused
-        values = scipy.fft.irfft(spectrum, n=self._size, axis=1)
-        self._rows[start:stop, : self._size] = values
-        self._rows[start:stop, self._size :] = values[:, :CHUNK]
 
 
 def outward_units(rows_per_scan: int) -> Floats:

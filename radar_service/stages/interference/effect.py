@@ -58,7 +58,6 @@ class Interferer:
 
 
 def _interferer(model: InterferenceModel) -> Interferer:
-    """Returns an interfering radar in SI units."""
     bearing = math.radians(model.bearing_deg or 0.0)
     return record_of(Interferer, model, bearing=bearing, rotation_period=60.0 / model.rpm)
 

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from pydantic import Field
 
 from radar_service.stages.effect import Effect, Source
-from radar_service.stages.fields import Number, Section
+from radar_service.stages.fields import Number, Section, record_of
 
 
 class MultipleEchoesModel(Section):
@@ -52,4 +52,4 @@ class MultipleEffect(Effect):
 
     def radar_record(self, given: Mapping[str, Any]) -> MultipleEchoes | None:
         model = given["multiple_echoes"]
-        return None if model is None else MultipleEchoes(10.0 ** (model.own_rcs_dbsm / 10.0), model.range_m, model.orders)
+        return None if model is None else record_of(MultipleEchoes, model, max_range=model.range_m)

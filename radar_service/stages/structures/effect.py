@@ -8,7 +8,7 @@ from pydantic import Field
 
 from radar_service.radar import PATTERNS, AntennaPattern, Aperture, aperture_of, line_source
 from radar_service.stages.effect import Effect, Source
-from radar_service.stages.fields import Bearing, Number, Section
+from radar_service.stages.fields import Bearing, Number, Section, record_of
 from radar_service.stages.structures.structure import Structure
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class StructureEffect(Effect):
         check_structures(given["structure"], aperture_of(pattern, beamwidth, wavelength), pattern.description)
 
     def radar_record(self, given: Mapping[str, Any]) -> tuple[Structure, ...] | None:
-        return tuple(map(_structure, given["structure"])) or None
+        return tuple(_structure(model) for model in given["structure"]) or None
 
     def sources_of(self, scene: "Scene") -> Sequence[Source]:
         structures: Sequence[Structure] = scene.radar.effects.get(self.name, ())
@@ -61,9 +61,7 @@ class StructureEffect(Effect):
 def _structure(model: StructureModel) -> Structure:
     """Returns a structure near the antenna in SI units."""
     top = math.inf if model.top_m is None else model.top_m
-    return Structure(
-        model.name, math.radians(model.bearing_deg), model.distance_m, 0.5 * model.width_m, top, model.reflection
-    )
+    return record_of(Structure, model, radius=0.5 * model.width_m, top=top)
 
 
 def check_structures(structures: Sequence[StructureModel], aperture: Aperture | None, pattern: str) -> None:

@@ -124,18 +124,13 @@ class LitStructure:
 
 
 @lru_cache(maxsize=8)
-def reflectors(
-    aperture: Aperture, wavelength: float, structures: tuple[Structure, ...], polarization: str
-) -> tuple[LitStructure, ...]:
-    """The structures that reflect."""
-    return tuple(LitStructure(each, aperture, wavelength, polarization) for each in structures if each.reflection > 0.0)
-
-
 def structure_reflectors(radar: Radar) -> tuple[LitStructure, ...]:
     """The structures of a radar's ship that reflect."""
-    structures = radar.effects.get("structures", ())
-    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if structures else None
-    return () if aperture is None else reflectors(aperture, radar.wavelength, structures, radar.polarization)
+    reflecting = [each for each in radar.effects.get("structures", ()) if each.reflection > 0.0]
+    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if reflecting else None
+    if aperture is None:
+        return ()
+    return tuple(LitStructure(each, aperture, radar.wavelength, radar.polarization) for each in reflecting)
 
 
 class IndirectPaths:
@@ -156,19 +151,12 @@ class IndirectPaths:
 
     def received(self, echoes: BeamWeightedEchoes, sights: Sights) -> BeamWeightedEchoes:
         """The false echoes of all structures."""
-        direct = self._beam.field(sights)
-        parts = [part for reflector in self._reflectors for part in self._by(reflector, echoes, sights, direct)]
+        direct, parts = self._beam.field(sights), []
+        for reflector in self._reflectors:
+            field, ray = reflector.field(sights.from_bow, sights.boresight - sights.heading)
+            for path, farther in ((field**2, ray.detour), (2.0 * direct * field, 0.5 * ray.detour)):
+                parts.append(false_echoes(self._radar, echoes, path, farther, self._source))
         return concatenated(parts, len(sights.boresight))
-
-    def _by(
-        self, reflector: LitStructure, echoes: BeamWeightedEchoes, sights: Sights, direct: Complexes
-    ) -> list[BeamWeightedEchoes]:
-        """Paths there and back by one structure, and paths one way by it."""
-        field, ray = reflector.field(sights.from_bow, sights.boresight - sights.heading)
-        return [
-            false_echoes(self._radar, echoes, field**2, ray.detour, self._source),
-            false_echoes(self._radar, echoes, 2.0 * direct * field, 0.5 * ray.detour, self._source),
-        ]
 
 
 class HeldPassages(BeamPassages):
@@ -195,7 +183,6 @@ class HeldPassages(BeamPassages):
         return self._held.get(key, lambda: self._computed(n, crossing, time))
 
     def _computed(self, n: int, crossing: int, time: float) -> ObservedEchoes:
-        """Computes `held` anew."""
         number = self._in_direct.get(int(self.key[n]))
         if number is None and self._casters(n, crossing, self._half_angle(n, crossing), resting=True):
             return self._cells(n, self.evaluated(n, crossing, time), crossing)

@@ -13,8 +13,7 @@ import numpy as np
 from tqdm import tqdm
 
 from radar_service.batch.jobs import Executor, Job, run
-from radar_service.numerics import Floats
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import Floats, arithmetic
 from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure, summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse

@@ -86,11 +86,11 @@ def antenna_of(simulator: Simulator, second: float, name: str | None, offset: tu
     )
 
 
-@pytest.mark.parametrize("origin", [(50.0, -1.0), (-20.0, 180.0), (89.0, 12.0), (0.0, 0.0)])
+@pytest.mark.parametrize("origin", [(50.0, -1.0), (-20.0, 180.0), (89.0, 12.0)])
 def test_each_report_is_the_truth_of_its_second(origin: tuple[float, float]) -> None:
     simulator = simulator_of(OWN, origin, body=[CIRCLE, FAST, YACHT, ANCHORED, UNKNOWN],
                              environment={"current_kn": 2, "current_to_deg": 90})  # fmt: skip
-    came = run(simulator, 45.0)
+    came = run(simulator, 20.0)
     names = {200: None, 201: "circle", 202: "fast", 203: "yacht", 204: "anchored"}
     offsets = {200: (2.0, -30.0), 201: (-3.0, 25.0)}
     kinds = {"VDM": {201, 202, 203, 204}, "VDO": {200}}

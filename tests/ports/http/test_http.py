@@ -26,19 +26,18 @@ from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.processes.call import Progress
 from radar_service.service.access import Access
-from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest
-from radar_service.service.settings import Pace, Settings
 from tests.clients.chromium import CHROMIUM, Browser
 from tests.ports.asgi import Closed, running
 from tests.ports.playing import playing, station
 from tests.ports.rest.test_rest_port import Slow
 from tests.ports.serving import served
-from tests.service.fake import FakeEngine, factory, scene
+from tests.service.fake import FakeEngine
 
 
 # docs: the documentation page: whole, from this server alone, and within its content security policy.
-async def test_every_file_of_the_page_comes_from_this_server() -> None:
+async def test_every_file_of_the_page_comes_from_this_server_and_no_other_file_does() -> None:
+    """The policy has no 'unsafe-inline': a browser would not run inline scripts and styles."""
     async with playing() as server:
         page = await server.http.get("/docs")
         assert page.status_code == 200 and page.headers["content-security-policy"].startswith("default-src 'self'")
@@ -50,26 +49,12 @@ async def test_every_file_of_the_page_comes_from_this_server() -> None:
             assert answer.status_code == 200 and answer.content, link
         assert "SwaggerUIBundle" in (await server.http.get("/docs/files/swagger-ui-bundle.js")).text
         assert (await server.http.get("/docs/start.js")).headers["content-type"].startswith("text/javascript")
-
-
-async def test_the_page_has_no_inline_script_or_style() -> None:
-    """The policy has no 'unsafe-inline': a browser would not run them."""
-    async with playing() as server:
-        page = (await server.http.get("/docs")).text
-        assert "<style" not in page and " style=" not in page
-        assert re.findall(r"<script[^>]*>([^<]*)</script>", page) == ["", ""]
-
-
-@pytest.mark.parametrize("path", ["/docs/files/../../pyproject.toml", "/docs/files/%2e%2e/core.py", "/docs/files/nothing"])
-async def test_only_the_files_of_the_page_are_served(path: str) -> None:
-    async with playing() as server:
-        assert (await server.http.get(path)).status_code == 404
-
-
-async def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
-    async with playing() as server:
+        assert "<style" not in page.text and " style=" not in page.text
+        assert re.findall(r"<script[^>]*>([^<]*)</script>", page.text) == ["", ""]
+        for path in ("../../pyproject.toml", "%2e%2e/core.py", "nothing"):
+            assert (await server.http.get(f"/docs/files/{path}")).status_code == 404
         paths = (await server.http.get("/api/openapi.json")).json()["paths"]
-        assert all(path.startswith("/api/") for path in paths)
+        assert all(path.startswith("/api/") for path in paths)  # the page is no part of the interface that it shows
 
 
 @pytest.mark.browser
@@ -77,8 +62,7 @@ async def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
 def test_a_browser_shows_every_operation_without_breaking_the_policy(tmp_path: Path) -> None:
     """The page asks for the token once, and keeps it for the tab as the radar's page does."""
     browser, token = Browser(tmp_path), "reading-" * 3
-    only = Station("0", FakeEngine(scene()), factory(), settings=Settings(pace=Pace("pause")))
-    app = create_app([only], access=Access("command-" * 3, token))
+    app = create_app([only := station()], access=Access("command-" * 3, token))
     with contextlib.closing(browser), served(app, [only]) as (host, port):
         page = browser.open(f"http://{host}:{port}/docs", first=f'window.prompt = () => "{token}";')
         page.wait("document.querySelectorAll('.opblock').length === 24")

@@ -1,7 +1,6 @@
 """Websocket frames through a real socket, well formed and malformed."""
 
 import asyncio
-import contextlib
 import json
 import socket
 import threading
@@ -17,11 +16,25 @@ from radar_service.ports.http.server import INBOUND_LIMIT
 from radar_service.ports.http.websocket import BYTES_AT_ONCE, FRAMES_AT_ONCE, TOO_MUCH, FramedWebSocket
 from radar_service.ports.rest.websockets import POSES_AT_ONCE
 from radar_service.service.fanout.client_queue import TOO_SLOW
-from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
-from tests.ports.http.loopback import UPGRADE, Address, radar
-from tests.ports.serving import Turns, answer, dialled, served
-from tests.service.fake import FakeEngine, factory, power_of, scene, steerable_scene
+from tests.ports.playing import station
+from tests.ports.serving import UPGRADE, Address, Turns, answer, dialled, radar, served
+from tests.service.fake import power_of, scene, steerable_scene
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[Address]:
+    """A radar that tests share whose clients end their own connections."""
+    with radar() as at:
+        yield at
+
+
+def upgraded(address: Address) -> socket.socket:
+    """A connection that has become a websocket of the feed."""
+    connection = dialled(address)
+    connection.sendall(UPGRADE)
+    assert connection.recv(12) == b"HTTP/1.1 101"
+    return connection
 
 
 @pytest.mark.parametrize("bins", [20, 15_000])
@@ -34,8 +47,7 @@ def test_what_is_written_as_frames_arrives_as_messages(bins: int, monkeypatch: p
         return plain(self, ready)
 
     monkeypatch.setattr(FramedWebSocket, "write_frame", noted)
-    engine = FakeEngine(scene(range_max_m=bins * 10.0))
-    only = Station("0", engine, factory(), settings=Settings(pace=Pace(factor=5)))
+    only = station(scene(range_max_m=bins * 10.0), settings=Settings(pace=Pace(factor=30)))
 
     async def listen(url: str) -> None:
         async with connect(url, proxy=None, compression=None, max_size=None) as socket:
@@ -61,22 +73,19 @@ FRAMES = {
 }  # fmt: skip
 
 
-def test_malformed_and_oversized_frames_end_their_connection_only() -> None:
-    async def other(address: Address) -> None:
+def test_malformed_and_oversized_frames_end_their_connection_only(address: Address) -> None:
+    async def other() -> None:
         async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed") as feed:
             hello, first = wire.unpack(bytes(await feed.recv())), -1
             for frames in FRAMES.values():
-                with dialled(address) as connection:
-                    connection.sendall(UPGRADE)
-                    assert connection.recv(12) == b"HTTP/1.1 101"
+                with upgraded(address) as connection:
                     connection.sendall(frames)
                     await asyncio.to_thread(answer, connection)  # ends
                 message = wire.unpack(bytes(await feed.recv()))
                 assert message["epoch"] == hello["epoch"] and message["first"] > first
                 first = message["first"]
 
-    with radar() as address:
-        asyncio.run(asyncio.wait_for(other(address), 60))
+    asyncio.run(asyncio.wait_for(other(), 60))
 
 
 FLOOD_BYTES = 2 * 2**20  # parsing 350,000 empty frames takes seconds
@@ -89,9 +98,7 @@ FLOODS = {
 
 def flood(address: Address, frame: bytes) -> bytes:
     """Sends FLOOD_BYTES of one frame after the beginning of a message, while the server takes them; returns the answer."""
-    with dialled(address) as connection:
-        connection.sendall(UPGRADE)
-        assert connection.recv(12) == b"HTTP/1.1 101"
+    with upgraded(address) as connection:
         try:
             connection.sendall((b"\x02\x80abcd" if frame[0] == 0 else b"") + frame * (FLOOD_BYTES // len(frame)))
             connection.shutdown(socket.SHUT_WR)
@@ -117,22 +124,19 @@ def test_a_client_that_floods_is_cut_and_silences_nobody() -> None:
     assert 0.0 < turns.longest < LONGEST_TURN
 
 
-def test_a_client_that_sends_too_much_reads_why() -> None:
+def test_a_client_that_sends_too_much_reads_why(address: Address) -> None:
     """Few enough bytes that the server reads them all, so that its close frame is not lost by a reset."""
     parts = b"\xa3bye", b"this client sends too much", b"\x88\x02" + TOO_MUCH.to_bytes(2)
-    with radar() as address:
-        for frame in (b"\x89\x80abcd", b"\x8a\xfdabcd" + b"x" * 125):
-            with dialled(address) as connection:
-                connection.sendall(UPGRADE)
-                assert connection.recv(12) == b"HTTP/1.1 101"
-                connection.sendall(frame * (1 + min(FRAMES_AT_ONCE, BYTES_AT_ONCE // len(frame))))
-                last = answer(connection)
-            places = [last.index(part) for part in parts]
-            assert places == sorted(places)
+    for frame in (b"\x89\x80abcd", b"\x8a\xfdabcd" + b"x" * 125):
+        with upgraded(address) as connection:
+            connection.sendall(frame * (1 + min(FRAMES_AT_ONCE, BYTES_AT_ONCE // len(frame))))
+            last = read_until(connection, parts[-1])
+        places = [last.index(part) for part in parts]
+        assert places == sorted(places)
 
 
-def test_a_client_within_its_budget_stays() -> None:
-    async def talk(address: Address) -> None:
+def test_a_client_within_its_budget_stays(address: Address) -> None:
+    async def talk() -> None:
         async with connect(f"ws://{address[0]}:{address[1]}/api/radars/0/feed") as feed:
             for _ in range(FRAMES_AT_ONCE // 4):
                 await feed.ping()
@@ -140,14 +144,16 @@ def test_a_client_within_its_budget_stays() -> None:
             for _ in range(3):
                 assert wire.unpack(bytes(await feed.recv()))["type"] in ("hello", "spokes")
 
-    with radar() as address:
-        asyncio.run(asyncio.wait_for(talk(address), 60))
+    asyncio.run(asyncio.wait_for(talk(), 60))
 
 
-@contextlib.contextmanager
-def connection(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[socket.socket, FramedWebSocket, threading.Event]]:
+Connection = tuple[socket.socket, FramedWebSocket, threading.Event]
+
+
+@pytest.fixture
+def connection(address: Address, monkeypatch: pytest.MonkeyPatch) -> Iterator[Connection]:
     """A client's socket, the server's side of it, and what is set when that side has lost it."""
-    lost, protocols = threading.Event(), []
+    lost, protocols = threading.Event(), list[FramedWebSocket]()
     made, gone = FramedWebSocket.connection_made, FramedWebSocket.connection_lost
 
     def noted_made(self: FramedWebSocket, transport: asyncio.BaseTransport) -> None:
@@ -156,13 +162,12 @@ def connection(monkeypatch: pytest.MonkeyPatch) -> Iterator[tuple[socket.socket,
 
     def noted_lost(self: FramedWebSocket, exc: Exception | None) -> None:
         gone(self, exc)
-        lost.set()
+        if self in protocols[:1]:
+            lost.set()
 
     monkeypatch.setattr(FramedWebSocket, "connection_made", noted_made)
     monkeypatch.setattr(FramedWebSocket, "connection_lost", noted_lost)
-    with radar() as address, dialled(address) as client:
-        client.sendall(UPGRADE)
-        assert client.recv(12) == b"HTTP/1.1 101"
+    with upgraded(address) as client:
         yield client, protocols[0], lost
 
 
@@ -188,82 +193,83 @@ MUCH = b"x" * 2**24  # more than both kernels hold
 TOO_SLOW_FRAME = b"\x88\x02" + TOO_SLOW.to_bytes(2)
 
 
-def test_a_client_that_does_not_read_is_cut_for_good(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_client_that_does_not_read_is_cut_for_good(connection: Connection, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its kernel takes nothing, so what the server has written never leaves; the server's slot is free all the same."""
     monkeypatch.setattr(websocket, "CUT_SECONDS", 0.1)
-    with connection(monkeypatch) as (_, protocol, lost):
-        on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
-        assert lost.wait(60)
+    _, protocol, lost = connection
+    on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
+    assert lost.wait(60)
 
 
-def test_a_client_that_answers_no_pings_gets_bye_and_a_close_code(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_client_that_answers_no_pings_gets_bye_and_a_close_code(
+    connection: Connection, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(websocket, "CUT_SECONDS", 20.0)
-    with connection(monkeypatch) as (client, protocol, _):
-        on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
-        got = read_until(client, TOO_SLOW_FRAME)
+    client, protocol, _ = connection
+    on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.keepalive_timeout)
+    got = read_until(client, TOO_SLOW_FRAME)
     assert got.index(b"\xa3bye") < got.index(b"this client does not answer pings") < got.index(TOO_SLOW_FRAME)
 
 
-def test_a_connection_that_has_gone_is_not_cut(monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture) -> None:
+def test_a_connection_that_has_gone_is_not_cut(
+    connection: Connection, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
     """The client reads all before the server would cut it."""
     monkeypatch.setattr(websocket, "CUT_SECONDS", 0.2)
-    with connection(monkeypatch) as (client, protocol, lost):
-        on_loop(
-            protocol, lambda: protocol.transport.write(b"x" * 2**20), protocol.keepalive_timeout, protocol.transport.close
-        )
-        answer(client)
-        assert lost.wait(60)
-        later = threading.Event()
-        on_loop(protocol, lambda: protocol.loop.call_later(0.3, later.set))
-        assert later.wait(60)
+    client, protocol, lost = connection
+    on_loop(protocol, lambda: protocol.transport.write(b"x" * 2**20), protocol.keepalive_timeout, protocol.transport.close)
+    answer(client)
+    assert lost.wait(60)
+    later = threading.Event()
+    on_loop(protocol, lambda: protocol.loop.call_later(0.3, later.set))
+    assert later.wait(60)
     assert not [record for record in caplog.records if record.name == "asyncio"]
 
 
-def test_a_client_that_reads_slowly_stays_while_it_reads(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_client_that_reads_slowly_stays_while_it_reads(connection: Connection) -> None:
     """Its pong is late because the ping waits behind spokes."""
-    with connection(monkeypatch) as (client, protocol, lost):
-        on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.send_keepalive_ping)
-        got = bytearray(client.recv(2**17))
-        while protocol.transport.get_write_buffer_size() > len(MUCH) // 2:
-            got += client.recv(2**17)
-        timer = protocol.pong_timer
-        on_loop(protocol, protocol.keepalive_timeout)
-        assert protocol.pong_timer is not timer and not lost.is_set()
-        on_loop(protocol, protocol.keepalive_timeout)  # it has read nothing since, but for what its kernel took
-        assert TOO_SLOW_FRAME in read_until(client, TOO_SLOW_FRAME, bytes(got)) or lost.wait(10)
+    client, protocol, lost = connection
+    on_loop(protocol, lambda: protocol.transport.write(MUCH), protocol.send_keepalive_ping)
+    got = bytearray(client.recv(2**17))
+    while protocol.transport.get_write_buffer_size() > len(MUCH) // 2:
+        got += client.recv(2**17)
+    timer = protocol.pong_timer
+    on_loop(protocol, protocol.keepalive_timeout)
+    assert protocol.pong_timer is not timer and not lost.is_set()
+    on_loop(protocol, protocol.keepalive_timeout)  # it has read nothing since, but for what its kernel took
+    assert TOO_SLOW_FRAME in read_until(client, TOO_SLOW_FRAME, bytes(got)) or lost.wait(10)
 
 
-def test_the_last_ping_is_answered_when_the_client_reads_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_last_ping_is_answered_when_the_client_reads_again(connection: Connection) -> None:
     first, last = (b"\x89\x81\x00\x00\x00\x00" + letter for letter in (b"a", b"b"))
-    with connection(monkeypatch) as (client, protocol, _):
-        on_loop(protocol, lambda: protocol.transport.write(MUCH), lambda: protocol.data_received(first),
-                lambda: protocol.data_received(last))  # fmt: skip
-        got = read_until(client, b"\x8a\x01b")
+    client, protocol, _ = connection
+    on_loop(protocol, lambda: protocol.transport.write(MUCH), lambda: protocol.data_received(first),
+            lambda: protocol.data_received(last))  # fmt: skip
+    got = read_until(client, b"\x8a\x01b")
     assert b"\x8a\x01b" in got and b"\x8a\x01a" not in got
 
 
-def test_refused_websockets_leave_no_error_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
-    with radar() as address, dialled(address) as connection:
+def test_refused_websockets_leave_no_error_in_the_log(address: Address, caplog: pytest.LogCaptureFixture) -> None:
+    with dialled(address) as connection:
         connection.sendall(UPGRADE.replace(b"upgrade\r\n", b"upgrade\r\norigin: http://elsewhere\r\n", 1))
         assert b" 403 " in answer(connection)
     assert not [record for record in caplog.records if record.name.startswith("uvicorn")]
 
 
-def test_text_that_is_none_ends_its_connection_without_an_error_in_the_log(caplog: pytest.LogCaptureFixture) -> None:
+def test_text_that_is_none_ends_its_connection_without_an_error_in_the_log(
+    address: Address, caplog: pytest.LogCaptureFixture
+) -> None:
     """In one frame, and cut within a character."""
-    with radar() as address:
-        for frames in (FRAMES["text that is not text"], b"\x01\x81\x00\x00\x00\x00\xe2\x80\x81\x00\x00\x00\x00\xff"):
-            with dialled(address) as connection:
-                connection.sendall(UPGRADE)
-                assert connection.recv(12) == b"HTTP/1.1 101"
-                connection.sendall(frames)
-                assert b"\x88\x02\x03\xef" in answer(connection)  # close, 1007
+    for frames in (FRAMES["text that is not text"], b"\x01\x81\x00\x00\x00\x00\xe2\x80\x81\x00\x00\x00\x00\xff"):
+        with upgraded(address) as connection:
+            connection.sendall(frames)
+            assert b"\x88\x02\x03\xef" in answer(connection)  # close, 1007
     assert not [record for record in caplog.records if record.name.startswith("uvicorn")]
 
 
 def test_a_client_that_sends_poses_may_send_more() -> None:
     """More frames at once than other clients may send, within those of poses."""
-    only = Station("0", FakeEngine(steerable_scene()), factory(), settings=Settings(pace=Pace("pause")))
+    only = station(steerable_scene())
     pose = '{"body": "buoy", "position_m": [1, 2], "course_deg": 90, "speed_kn": 5}'
 
     async def send(url: str) -> list[str]:

@@ -22,14 +22,14 @@ from radar_service.records.reports import Readings
 from radar_service.scene_file.describe import json_schema
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.error_stage import ErrorStage
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station, Stations
 from radar_service.simulator import Simulator
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.terminal.arguments import UsageError
 from radar_service.world.geo import geographic_from_map
 from tests.ports.kept import Kept
-from tests.ports.listening import PAUSED, play
 from tests.ports.nmea.reading import fields_of
+from tests.ports.playing import PAUSED, play
 from tests.reference.true_north import true_deg
 
 KNOT = 1852.0 / 3600.0
@@ -357,13 +357,14 @@ def test_the_schedule_makes_up_for_late_calls_and_stands_in_a_pause() -> None:
 
 def test_it_runs_in_a_pause_before_the_first_spoke() -> None:
     """With the clock of the ports, beside REST and the feed."""
-    kept = Kept()
+    port = NmeaPort([kept := Kept()])
+    port.period = 0.02  # s, and a tenth of the seconds' sentences
 
     async def test(server: Any) -> None:
         while len([line for line in kept.pieces if line[3:6] == b"ZDA"]) < 2:
             await asyncio.sleep(0.01)
 
-    play(NmeaPort([kept]), test, PAUSED)
+    play(port, test, PAUSED)
     assert len({line for line in kept.pieces if line[3:6] == b"HDT"}) == 1
     assert kept.closed and len({line for line in kept.pieces if line[3:6] == b"ZDA"}) == 1
 

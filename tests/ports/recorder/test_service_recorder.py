@@ -1,6 +1,7 @@
 """The recorder of a service: a disk that is full, slow or broken ends the recording with a line, and the feed goes on."""
 
 import asyncio
+import contextlib
 import errno
 import logging
 import threading
@@ -12,17 +13,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from radar_service.ports.app import create_app
 from radar_service.ports.port_host import PortHost
-from radar_service.ports.recorder.service_recorder import MAX_WAITING, RecorderPort, ServiceRecorder, Work
+from radar_service.ports.recorder.service_recorder import MAX_WAITING, RecorderPort, Work
 from radar_service.recording import Recording, read
 from radar_service.recording.error import RecordingError
 from radar_service.records.cell_sources import SourceList, SourceRequest
-from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
-from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
-from tests.ports.asgi import running
-from tests.service.fake import AZIMUTHS, SOURCES, FakeEngine, factory, labels_of, scene
+from tests.ports.playing import FLAT_OUT, playing, station
+from tests.service.fake import AZIMUTHS, SOURCES, FakeEngine, labels_of, scene
 
 
 @pytest.fixture
@@ -38,33 +35,26 @@ def lines() -> Any:
 
 
 def play(
-    recorder: ServiceRecorder, count: int, before: Callable[[], None] = lambda: None, engine: FakeEngine | None = None
+    recorder: RecorderPort, count: int, before: Callable[[], None] = lambda: None, engine: FakeEngine | None = None
 ) -> list[int]:
     """Runs a fake radar that is recorded; returns the numbers of so many spokes that a lossless client got."""
 
     async def body() -> list[int]:
-        station = Station(
-            "0",
-            engine or FakeEngine(scene()),
-            factory(),
-            settings=Settings(pace=Pace("run", float("inf"))),
-            wait_for=1,
-            allow_truth=True,
-            sinks=[recorder.sink("0")],
-            recorded=recorder.recorded,
-        )
-        async with running(create_app([station])) as server:
+        radar = station(
+            engine, settings=FLAT_OUT, wait_for=1, allow_truth=True, sinks=recorder.sinks("0"), recorded=recorder.sources
+        )  # fmt: skip
+        async with playing(radar) as server:
             before()
             got = await (await server.feed("?mode=lossless")).spokes(count)
         return [n for message in got for n in range(message["first"], message["first"] + message["count"])]
 
-    with recorder:
+    with contextlib.closing(recorder):
         return asyncio.run(asyncio.wait_for(body(), 60))
 
 
 def test_what_a_client_gets_is_recorded(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
-    numbers = play(ServiceRecorder(path, True), 3 * AZIMUTHS)
+    numbers = play(RecorderPort(path, True), 3 * AZIMUTHS)
     result = read(path)
     got = list(result.spokes())
     assert [spoke.number for spoke in got[: len(numbers)]] == numbers and got[30].power[1] == FakeEngine(scene()).block(
@@ -76,7 +66,7 @@ def test_what_a_client_gets_is_recorded(tmp_path: Path) -> None:
 
 def test_labels_are_recorded_that_no_client_asks_for(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
-    play(ServiceRecorder(path, False, recorded=SourceRequest(True, (256,))), 3 * AZIMUTHS)
+    play(RecorderPort(path, False, SourceRequest(True, (256,))), 3 * AZIMUTHS)
     result = read(path)
     assert result.label_names == SOURCES
     spokes = list(result.spokes())
@@ -90,7 +80,7 @@ def test_a_radar_without_labels_is_recorded_without_them(tmp_path: Path, caplog:
     engine = FakeEngine(scene())
     engine.sources = SourceList(SOURCES, no_labels="it has several pulses")
     path = tmp_path / "a.mcap"
-    play(ServiceRecorder(path, False, recorded=SourceRequest(True, (256, 999))), AZIMUTHS, engine=engine)
+    play(RecorderPort(path, False, SourceRequest(True, (256, 999))), AZIMUTHS, engine=engine)
     spoke = next(read(path).spokes())
     assert spoke.labels is None and spoke.powers is not None and list(spoke.powers) == [256]
     assert "sources are not all recorded" in caplog.text
@@ -99,7 +89,7 @@ def test_a_radar_without_labels_is_recorded_without_them(tmp_path: Path, caplog:
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 def test_a_full_disk_is_logged_and_the_feed_goes_on(lines: list[str], tmp_path: Path) -> None:
     (path := tmp_path / "full.mcap").symlink_to("/dev/full")
-    recorder = ServiceRecorder(path, False)
+    recorder = RecorderPort(path, False)
     assert play(recorder, 5 * AZIMUTHS)[: 5 * AZIMUTHS] == list(range(5 * AZIMUTHS))
     assert lines == [f"recording failed, the feed goes on {path}: No space left on device"]
     assert recorder.fault == f"{path}: No space left on device"
@@ -107,7 +97,7 @@ def test_a_full_disk_is_logged_and_the_feed_goes_on(lines: list[str], tmp_path: 
 
 def test_a_disk_that_is_full_after_a_while_leaves_what_is_whole(lines: list[str], tmp_path: Path) -> None:
     path = tmp_path / "later.mcap"
-    recorder = ServiceRecorder(path, False, create=lambda _: Limited())
+    recorder = RecorderPort(path, False, create=lambda _: Limited())
     assert len(play(recorder, 40 * AZIMUTHS)) >= 40 * AZIMUTHS
     assert len(lines) == 1 and "File too large" in lines[0]
     path.write_bytes(Limited.content)
@@ -130,7 +120,7 @@ class Limited(BytesIO):
 
 def test_a_disk_that_takes_too_long_ends_the_recording(lines: list[str], tmp_path: Path) -> None:
     path, hung = tmp_path / "slow.mcap", threading.Event()
-    recorder = ServiceRecorder(path, False, patience=0.05)
+    recorder = RecorderPort(path, False, patience=0.05)
 
     def hang() -> None:
         recorder.put(Work(lambda: hung.wait(30) and None, MAX_WAITING))
@@ -145,7 +135,7 @@ def test_whatever_goes_wrong_in_the_thread_ends_only_the_recording(lines: list[s
     def broken() -> None:
         raise ZeroDivisionError("by nothing")
 
-    recorder = ServiceRecorder(tmp_path / "a.mcap", False)
+    recorder = RecorderPort(tmp_path / "a.mcap", False)
     assert play(recorder, AZIMUTHS, lambda: recorder.put(Work(broken)))[0] == 0
     assert "a.mcap: ZeroDivisionError: by nothing" in lines[0]
 
@@ -153,7 +143,7 @@ def test_whatever_goes_wrong_in_the_thread_ends_only_the_recording(lines: list[s
 def test_an_end_of_scan_waits_for_the_one_before(tmp_path: Path) -> None:
     """So that the truth of a scan is known before the next one is sent, however fast the radar is."""
     done, release = list[int](), threading.Event()
-    with ServiceRecorder(tmp_path / "a.mcap", False) as recorder:
+    with contextlib.closing(RecorderPort(tmp_path / "a.mcap", False)) as recorder:
         recorder.put(Work(lambda: done.append(release.wait(10) and 1), ends_scan=True))
         recorder.put(Work(lambda: done.append(2)))
         second = threading.Thread(target=recorder.put, args=[Work(lambda: done.append(3), ends_scan=True)])
@@ -165,22 +155,6 @@ def test_an_end_of_scan_waits_for_the_one_before(tmp_path: Path) -> None:
     assert done == [1, 2, 3]
 
 
-def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError, match="none/a.mcap"):
-        ServiceRecorder(tmp_path / "none" / "a.mcap", False)
-
-
-def test_what_its_sinks_take_is_in_the_file(tmp_path: Path) -> None:
-    port, engine = RecorderPort(tmp_path / "a.mcap", False, SourceRequest()), FakeEngine(scene())
-    host = PortHost((port,))
-    (sink,) = host.sinks("0")
-    epoch = Epoch("one", engine, None)  # type: ignore[arg-type]
-    sink.open_epoch(RadarInfo("0", "radar 0", epoch, 0.0, {"pace": {}}, False))
-    sink.send(SpokeBatch(epoch, 0, engine.block(0, 5), None))  # type: ignore[arg-type]
-    port.close()
-    assert [spoke.number for spoke in read(tmp_path / "a.mcap").spokes()] == list(range(5))
-
-
 def test_the_sources_that_are_recorded_are_asked_for(tmp_path: Path) -> None:
     port = RecorderPort(tmp_path / "a.mcap", False, SourceRequest(True, (256,)))
     assert PortHost((port,)).sources == SourceRequest(True, (256,))
@@ -188,11 +162,11 @@ def test_the_sources_that_are_recorded_are_asked_for(tmp_path: Path) -> None:
 
 
 def test_its_file_is_closed_without_a_spoke_too(tmp_path: Path) -> None:
-    RecorderPort(tmp_path / "a.mcap", False, SourceRequest()).close()
+    RecorderPort(tmp_path / "a.mcap", False).close()
     with pytest.raises(RecordingError, match="ends before its first message"):
         Recording(tmp_path / "a.mcap")
 
 
-def test_a_file_that_cannot_be_written_is_an_error_at_once(tmp_path: Path) -> None:
-    with pytest.raises(FileNotFoundError):
-        RecorderPort(tmp_path / "none" / "a.mcap", False, SourceRequest())
+def test_a_file_that_cannot_be_written_is_named_at_once(tmp_path: Path) -> None:
+    with pytest.raises(FileNotFoundError, match="none/a.mcap"):
+        RecorderPort(tmp_path / "none" / "a.mcap", False)

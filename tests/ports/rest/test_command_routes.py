@@ -8,17 +8,16 @@ import pytest
 from radar_service.ports.rest.command_routes import CommandChange, CommandState
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest
-from radar_service.service.settings import Pace, Settings
 from radar_service.world.commands import KEYS, Command
 from tests.ports.playing import playing
-from tests.service.fake import AZIMUTHS, FakeEngine, factory, steerable_scene
+from tests.ports.playing import station as paused
+from tests.service.fake import AZIMUTHS, steerable_scene
 
 OWN, BUOY, ROCK = "/api/radars/0/own-ship", "/api/radars/0/bodies/buoy", "/api/radars/0/bodies/the%20rock%2F1"
 
 
-def station(**options: Any) -> Station:
-    settings = Settings(pace=Pace("pause"))
-    return Station("0", FakeEngine(steerable_scene()), factory(), settings=settings, allow_truth=True, **options)
+def station() -> Station:
+    return paused(steerable_scene(), allow_truth=True)
 
 
 async def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:

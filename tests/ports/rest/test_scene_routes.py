@@ -3,6 +3,7 @@
 import re
 import sys
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -73,21 +74,27 @@ async def test_scenes_are_uploaded_listed_run_and_deleted(tmp_path: Path) -> Non
 WITHOUT_TIME = [sys.executable, "-c", "import sys; sys.stdin.buffer.read()"]  # a child that waits for a processor
 
 
-@pytest.mark.parametrize("content", [TRIANGLE, TRIANGLE + b"f 1 2 9\n"], ids=["good", "bad"])
-async def test_a_busy_machine_is_no_fault_of_an_upload(content: bytes, monkeypatch: pytest.MonkeyPatch) -> None:
-    """While the machine is busy the answer is 503; afterwards the reader's own words."""
-    sandboxes = [partial(Sandbox, backstop=0.05, command=WITHOUT_TIME), Sandbox]
+async def test_a_scene_with_its_mesh_comes_as_a_form_and_a_busy_machine_is_no_fault_of_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """While the machine is busy the answer is 503; afterwards the reader's own words, or that it is taken and runs."""
+    sandboxes = [partial(Sandbox, backstop=0.05, command=WITHOUT_TIME), Sandbox, Sandbox]
     monkeypatch.setattr("radar_service.service.radio.scene_process_main.Sandbox", lambda: sandboxes.pop(0)())
-    parts = [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", content))]
-    async with playing(station()) as server:
-        answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
+    async with playing() as server:
+
+        async def uploaded(mesh: bytes) -> Any:
+            parts = [("scene", ("m.toml", MESHED)), ("files", ("thing.obj", mesh))]
+            return await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
+
+        answer = await uploaded(TRIANGLE)
         assert answer.status_code == 503 and answer.headers["retry-after"] == str(RETRY_SECONDS)
         assert re.match("body.0..mesh: thing.obj: the machine is busy: .* try again later", answer.json()["detail"][0])
-        answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
-        if content is TRIANGLE:
-            assert answer.status_code == 201, answer.text
-        else:
-            assert answer.status_code == 422 and "face" in answer.json()["detail"][0], answer.text
+        answer = await uploaded(TRIANGLE + b"f 1 2 9\n")
+        assert answer.status_code == 422 and "face" in answer.json()["detail"][0], answer.text
+        answer = await uploaded(TRIANGLE)
+        assert answer.status_code == 201 and answer.json()["bodies"] == 1, answer.text
+        monkeypatch.undo()
+        assert (await server.http.put("/api/radars/0/scene", json={"scene": "meshed"})).status_code == 200
 
 
 async def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -117,3 +124,32 @@ async def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(mon
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
     assert len(closed) == 2  # one for each upload
+
+
+BAD_FORMS: list[tuple[str, str, list[str], str]] = [  # name, name of the scene's file, those of meshes, and the refusal
+    ("meshed", "m.toml", [], "body[0].mesh"), ("meshed", "m.exe", [], 'scene: the ending ".exe"'),
+    ("meshed", "", ["thing.obj"], "scene, name: send"), ("meshed", "m.toml", ["../thing.obj"], "files: '../thing.obj'"),
+    ("meshed", "m.toml", [".hidden"], "files: '.hidden'"), ("meshed", "m.toml", ["scene.toml"], "files: 'scene.toml'"),
+    ("meshed", "m.toml", ["a.obj"] * 2, "files: each is a file"), ("../meshed", "m.toml", ["thing.obj"], "name: '../meshed'"),
+    ("meshed", "m.toml", [f"{n}.obj" for n in range(65)], "files: 65 files; at most 64"),
+]  # fmt: skip
+
+
+async def test_a_bad_upload_is_refused_and_leaves_nothing() -> None:
+    async with playing() as server:
+        for name, scene, meshes, line in BAD_FORMS:
+            parts = [("scene", (scene, MESHED))] * bool(scene) + [("files", (mesh, TRIANGLE)) for mesh in meshes]
+            answer = await server.http.post("/api/scenes", data={"name": name}, files=parts)
+            assert answer.status_code == 422 and answer.json()["detail"][0].startswith(line), answer.text
+            assert "radar-scenes" not in answer.text  # the server's folders are nobody's business
+        assert all(entry["origin"] != "uploaded" for entry in (await server.http.get("/api/scenes")).json())
+
+
+async def test_what_is_not_json_is_refused() -> None:
+    headers, routes = {"content-type": "application/json"}, ("PATCH radars/0/controls", "PUT radars/0/scene", "POST scenes")
+    async with playing() as server:
+        for route, body in product(routes, ("{", "[" * 60_000, "\x00", '{"scene": ' + '{"a":' * 10_000)):
+            method, path = route.split()
+            answer = await server.http.request(method, f"/api/{path}", content=body, headers=headers)
+            assert answer.status_code in (400, 422)
+            assert len(body) > 1 or answer.json()["detail"][0].startswith("body: not JSON: ")

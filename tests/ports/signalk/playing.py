@@ -6,36 +6,20 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
-from radar_service.ports.app import create_app
-from radar_service.ports.feed.feed_socket import FeedPort
-from radar_service.ports.port_host import PortHost
-from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
-from radar_service.service.access import Access
-from radar_service.service.radio.station import Station
-from radar_service.service.settings import Pace, Settings
 from radar_service.world.scene import Scene
-from tests.ports.asgi import Server, Socket, running
-from tests.service.fake import FakeEngine, factory, scene
+from tests.ports.asgi import Server, Socket
+from tests.ports.playing import joined
 
 BASE = "/signalk/v2/api/vessels/self/radars"
-PAUSED = Settings(pace=Pace("pause"))
-FLAT_OUT = Settings(pace=Pace("run", float("inf")))
 
 
 @contextlib.asynccontextmanager
 async def playing(
-    *scenes: Scene, settings: Settings = PAUSED, access: Access | None = None,
-    gui: Path | None = None, wait_for: int = 0, tells_truth: bool = False,
-) -> AsyncIterator[Server]:  # fmt: skip
+    *scenes: Scene, gui: Path | None = None, tells_truth: bool = False, **options: Any
+) -> AsyncIterator[Server]:
     """A service with radars of these scenes, by default of the test scene."""
-    host = PortHost((RestPort(), FeedPort(), SignalKPort(gui, tells_truth)))
-    stations = [
-        Station(str(number), FakeEngine(of), factory(), settings=settings, sinks=host.sinks(str(number)), wait_for=wait_for)
-        for number, of in enumerate(scenes or (scene(),))
-    ]
-    async with running(create_app(stations, host, access=access)) as server:
-        server.stations = stations
+    async with joined(SignalKPort(gui, tells_truth), scenes=scenes, **options) as (server, _):
         yield server
 
 

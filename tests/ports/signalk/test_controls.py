@@ -4,11 +4,12 @@ import math
 from typing import Any
 
 import pytest
+from fastapi import HTTPException
 
-from radar_service.ports.signalk.controls import CONTROLS, UnknownControlError, control_of, own_change, ranges
+from radar_service.ports.signalk.controls import CONTROLS, control_of, own_change, ranges
 from radar_service.service.controls import ControlError
 from radar_service.service.settings import Settings
-from radar_service.world.outline import outline_of
+from radar_service.world.scene import outline_of
 from tests.service.fake import scene
 
 SMALL, LARGE = outline_of(scene()), outline_of(scene(range_max_m=7500.5))
@@ -115,7 +116,7 @@ def test_refused_changes_say_what_is_allowed(control: str, given: Any, reason: s
 
 
 def test_an_unknown_control_is_answered_with_all() -> None:
-    with pytest.raises(UnknownControlError, match='no "volume"; there are power, range'):
+    with pytest.raises(HTTPException, match='404: .*no "volume"; there are power, range'):
         own_change("volume", 1, SMALL)
 
 

@@ -7,7 +7,8 @@ import pytest
 
 from radar_service.service.access import Access
 from tests.ports.asgi import Closed
-from tests.ports.signalk.playing import BASE, FLAT_OUT, playing
+from tests.ports.playing import FLAT_OUT
+from tests.ports.signalk.playing import BASE, playing
 from tests.ports.signalk.protobuf import spokes
 from tests.service.fake import AZIMUTHS, scene
 

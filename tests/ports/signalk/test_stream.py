@@ -11,7 +11,8 @@ from radar_service.scene_file.load import load_scene
 from radar_service.service.access import Access
 from radar_service.service.settings import Settings
 from tests.ports.asgi import Closed
-from tests.ports.signalk.playing import BASE, FLAT_OUT, heard, playing, until, values_of
+from tests.ports.playing import FLAT_OUT
+from tests.ports.signalk.playing import BASE, heard, playing, until, values_of
 from tests.service.fake import RADAR, scene
 
 PATH = "/signalk/v1/stream"
@@ -74,9 +75,10 @@ async def test_own_ship_is_told_as_it_is_reported() -> None:
         assert values["navigation.speedOverGround"] == 0.0 and "navigation.position" not in values
 
 
-async def test_own_ship_is_told_again_though_it_lies_still() -> None:
+async def test_own_ship_is_told_again_though_it_lies_still(monkeypatch: pytest.MonkeyPatch) -> None:
     """Plotters drop what has grown old."""
-    async with playing(settings=FLAT_OUT) as server:
+    monkeypatch.setattr("radar_service.ports.signalk.signalk_port.REPEAT", 2)
+    async with playing() as server:
         socket = await server.open(PATH)
         await heard(socket)
         for _ in range(3):

@@ -17,8 +17,8 @@ from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plane_echoes import EdgeLimits, Longest, PlaneEchoes, PlaneOptics, Wave
 from radar_service.scattering.physical_optics.plating import SPREAD, PlatedWalls
 from radar_service.world.body import Mesh, Plating
-from radar_service.world.hull_types import hull_mesh
 from radar_service.world.poses import MAP_POSE
+from radar_service.world.shapes import hull_mesh
 from tests.reference import narrow_beams
 from tests.scattering.physical_optics.meshes import WAVELENGTH, decibels, dihedral, plate, sheet
 from tests.scattering.physical_optics.test_planar_pieces import split, welded

@@ -10,7 +10,8 @@ import pytest
 import radar_service as rs
 from radar_service.display.video import Controls
 from radar_service.numerics.types import Singles
-from radar_service.service.radio.error_stage import MAX_RUNS, ErrorStage
+from radar_service.records.reports import Readings
+from radar_service.service.radio.error_stage import MAX_RUNS, ErrorStage, ReadingsHistory
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from radar_service.spoke_source import TruthLine
@@ -203,3 +204,29 @@ def test_an_engine_that_goes_on_at_another_rate_keeps_the_errors_in_force() -> N
     assert sent == expected and len(sent) < 2 * SIMULATED
     stage.open_epoch(RadarInfo.unnamed(Epoch("three", FakeEngine(scene()), None)))
     assert stage.errors is None
+
+
+# True readings of earlier spokes, from a memory of bounded size.
+def added(history: ReadingsHistory, first: int, count: int) -> None:
+    """Adds readings whose values tell the number."""
+    n = np.arange(first, first + count, dtype=np.float64)
+    history.add(first, Readings(n, n + 0.1, np.stack([n + 0.2, n + 0.3], axis=1), n + 0.4, n + 0.5))
+
+
+def found(history: ReadingsHistory, *number: int) -> list[float]:
+    """The azimuths of spokes; the other columns must belong to them."""
+    made = history.readings(np.array(number))
+    columns = (made.heading - 0.1, made.position[:, 0] - 0.2, made.position[:, 1] - 0.3, made.course - 0.4, made.speed - 0.5)
+    for column in columns:
+        np.testing.assert_allclose(column, made.azimuth, atol=1e-12)  # rounding
+    return list(made.azimuth)
+
+
+def test_what_is_not_kept_is_that_of_the_newest_before_it() -> None:
+    history = ReadingsHistory(16)
+    added(history, 5, 5)
+    assert found(history, 0, 5, 9, 30) == [5, 5, 9, 9]  # none is before 0
+    added(history, 12, 3)  # 10 and 11 were never sent
+    assert found(history, 10, 11, 12, 14, 15) == [9, 9, 12, 14, 14]
+    added(history, 15, 10)
+    assert found(history, 2, 13, 24) == [9, 13, 24]  # 9 is the oldest of 16: 9 and 12 to 24

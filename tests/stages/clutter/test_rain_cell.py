@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.propagation.attenuation import rain_db_per_km
+from radar_service.propagation.gas_and_rain import rain_db_per_km
 from radar_service.sources.numbers import BODY
-from radar_service.stages.clutter.effect import RAIN, RAIN_CELL
-from radar_service.stages.clutter.rain_cell import RainCells
+from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, RainCells
 from radar_service.world.error import SceneError
 from tests.scenes import point, scene
 
 RADAR = {"range_max_m": 6000, "azimuths": 360, "beamwidth_deg": 2}
+FEW = {"azimuths": 90, "beamwidth_deg": 8}
 HOOK = [[-2000, 500], [2000, 500], [2000, 2500], [1000, 2500], [1000, 1500], [-1000, 1500], [-1000, 2500], [-2000, 2500]]
 EVERYWHERE = {"position_m": [0, 0], "radius_m": 1e6}
 
@@ -60,7 +60,7 @@ def test_paths_are_those_of_points_inside(table: dict[str, Any], antenna: tuple[
 def test_a_cell_everywhere_is_uniform_rain(table: dict[str, Any], environment: dict[str, Any]) -> None:
     bodies, own_ship = [point("buoy", 3000, 1000, rcs_dbsm=30)], {"speed_kn": 10, "course_deg": 90}
     uniform, cell = (
-        rs.Simulator(wet(bodies, own_ship=own_ship, **environment, **rain), "fast", seed=4).scan().field
+        rs.Simulator(wet(bodies, FEW, own_ship, **environment, **rain), "fast", seed=4).scan().field
         for rain in ({"rain_mm_h": 20.0}, {"rain_cell": [table | {"rain_mm_h": 20.0}]})
     )
     np.testing.assert_allclose(cell, uniform, atol=2e-6 * np.abs(uniform).max())
@@ -109,7 +109,7 @@ def test_labels_and_sources_of_what_rests_lose_what_its_echoes_do(radar: dict[st
     """A post behind 1 km of 300 mm/h leaves the noise, and the labels; a ship moves elsewhere."""
     bodies = [point("post", 0, 5000, rcs_dbsm=rcs), point("ship", 3000, 3000, speed_kn=9)]
     cell = {"outline_m": [[-500, 2000], [-500, 3000], [500, 3000], [500, 2000]], "rain_mm_h": 300.0}
-    made = (wet(bodies, radar, noise=True, rain_cell=given) for given in ([], [cell]))
+    made = (wet(bodies, FEW | radar, noise=True, rain_cell=given) for given in ([], [cell]))
     dry, rain = (rs.Simulator(each, "fast", 3, labels=True) for each in made)
     assert [BODY in np.asarray(sim.scan().labels) for sim in (dry, rain)] == [True, False]
     ratio = dry.source_powers(0)[BODY].max() / rain.source_powers(0)[BODY].max()
@@ -124,7 +124,7 @@ def test_a_cell_too_light_to_weaken_anything_has_an_echo() -> None:
 
 def test_bytes_do_not_depend_on_where_a_run_begins() -> None:
     cell = {"outline_m": HOOK, "rain_mm_h": 30.0, "speed_kn": 30, "course_deg": 200}
-    made = wet([point("ship", 2500, 300, speed_kn=9)], noise=True, sea_state=3, rain_mm_h=1.0, rain_cell=[cell])
+    made = wet([point("ship", 2500, 300, speed_kn=9)], FEW, noise=True, sea_state=3, rain_mm_h=1.0, rain_cell=[cell])
     runs = rs.Simulator(made, "fast", seed=2), rs.Simulator(made, "fast", seed=2)
     runs[0].scan(), runs[0].scan(), runs[1].skip_to(2)
     assert runs[0].scan().field.tobytes() == runs[1].scan().field.tobytes()

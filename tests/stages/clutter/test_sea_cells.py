@@ -1,5 +1,7 @@
 """Where the sea is seen: geometry against the frames, and what stands in the way."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -39,10 +41,13 @@ def test_grazing_ends_at_the_horizon_and_nothing_lies_within_the_antennas_height
     assert grazing[2] > 0 > grazing[3]
 
 
+def cells_of(bodies: list[dict[str, Any]], rows: int, max_range: float = 1500.0, **changes: object) -> SeaCells:
+    made = scene(bodies, **(SEA | changes))
+    return SeaCells(made, OcclusionScene(made.bodies, effective_earth_radius(4 / 3)), rows, max_range)
+
+
 def levels(**changes: object) -> tuple[SeaCells, np.ndarray[tuple[int, int], np.dtype[np.float64]]]:
-    made = scene([WALL], **(SEA | changes))
-    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    cells = SeaCells(made, line_of_sight, 64, 1500.0)
+    cells = cells_of([WALL], 64, **changes)
     return cells, np.asarray(cells.rows.span(64, 128), dtype=np.float64)
 
 
@@ -71,15 +76,12 @@ def test_a_moving_body_shadows_the_sea_behind_it_and_takes_its_shadow_along() ->
     """The wall goes east at 20 m/s on its 600 m north, 400 m of it across: north of it is dark at first, and 25 s later light;
     then north-east is dark. A wall at rest where it is then gives the same cells, but for its edges (1 m in half a block)."""
     moving = {**WALL, "course_deg": 90, "heading_deg": 0, "speed_kn": 20 / 0.5144444}
-    made = scene([moving], **SEA)
-    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    cells = SeaCells(made, line_of_sight, 720, 1500.0)
+    cells = cells_of([moving], 720)
     last, north_east = cells.count - 1, 80
     assert cells.rows.span(0, 1)[0, last] == 0 and cells.rows.span(80, 81)[0, last] > 0
     later = np.array(cells.rows.span(720 * 10, 720 * 10 + 160))
     assert later[0, last] > 0 and later[north_east, last] == 0
-    there = scene([{**WALL, "position_m": [20.0 * (10 + 80 / 720) * 2.5, 600, 0]}], **SEA)
-    at_rest = SeaCells(there, OcclusionScene(there.bodies, effective_earth_radius(4 / 3)), 720, 1500.0)
+    at_rest = cells_of([{**WALL, "position_m": [20.0 * (10 + 80 / 720) * 2.5, 600, 0]}], 720)
     dark = at_rest.rows.span(0, 160) == 0
     assert np.mean((later == 0) != dark) < 0.02 < np.mean(dark)
 
@@ -95,9 +97,7 @@ def test_sweeps_leave_no_shadow_out(own_ship: dict[str, object], monkeypatch: py
         )
     ]  # fmt: skip
     bodies.append({**WALL, "name": "d", "position_m": [-400, 300, 0], "width_m": 50})
-    made = scene(bodies, **(SEA | {"own_ship": own_ship}))
-    line_of_sight = OcclusionScene(made.bodies, effective_earth_radius(made.environment.earth_factor))
-    cells, every = (SeaCells(made, line_of_sight, 512, 1500.0) for _ in range(2))
+    cells, every = (cells_of(bodies, 512, own_ship=own_ship) for _ in range(2))
     swept = [cells.rows.span(512 * scan, 512 * (scan + 1)) for scan in (0, 1, 5)]
     monkeypatch.setattr(sea_cells, "SWEEP_MARGIN", np.pi)  # all round
     for scan, part in zip((0, 1, 5), swept, strict=True):
@@ -112,8 +112,8 @@ def test_a_gate_shadows_the_sea_while_own_ship_passes_it() -> None:
     pier = {"shape": "box", "length_m": 8, "width_m": 2, "height_m": 16}
     piers = [{**pier, "name": str(x), "position_m": [x, 0, 0]} for x in (-8, 8)]
     speed = 60 * 1852 / 3600
-    made = scene(piers, **(SEA | {"own_ship": {"position_m": [-1, -0.75 * 2.5 * speed], "course_deg": 0, "speed_kn": 60}}))
-    cells = SeaCells(made, OcclusionScene(made.bodies, effective_earth_radius(4 / 3)), 512, 1500.0)
+    own_ship = {"position_m": [-1, -0.75 * 2.5 * speed], "course_deg": 0, "speed_kn": 60}
+    cells = cells_of(piers, 512, own_ship=own_ship)
     west = cells.rows.span(384, 385)[0]
     assert not west[1:].any() and cells.rows.span(256, 257)[0, 1:].all()
 
@@ -131,13 +131,9 @@ def test_the_shadow_on_the_sea_comes_with_its_body_row_by_row() -> None:
     box = {"name": "b", "shape": "box", "length_m": 20, "width_m": 200, "height_m": 8, "position_m": [0, 150, 0]}
     rows, settings = 512, {"radar": {"rpm": 60}, "environment": {"sea_state": 3}}
     appears = 1.0 + 5.5 / rows  # s
-    late, always, never = (
-        SeaCells(made, OcclusionScene(made.bodies, effective_earth_radius(4 / 3)), rows, 400.0).rows.span(rows, rows + 16)
-        for made in (
-            scene([{**box, "speed_kn": 0.1, "start_s": start}] if start is not None else [], **settings)
-            for start in (appears, 0.0, None)
-        )
-    )
+    boxes = ([{**box, "speed_kn": 0.1, "start_s": start}] for start in (appears, 0.0))
+    cells = (cells_of(bodies, rows, 400.0, **settings) for bodies in (*boxes, []))
+    late, always, never = (each.rows.span(rows, rows + 16) for each in cells)
     assert np.count_nonzero(always != never) > 100
     np.testing.assert_array_equal(late[:6], never[:6])
     np.testing.assert_array_equal(late[6:], always[6:])

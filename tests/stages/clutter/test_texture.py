@@ -40,7 +40,7 @@ def test_rows_are_independent_and_belong_to_their_number() -> None:
     assert abs(np.mean(one[:-1] * np.conj(one[1:]))) < 5 / np.sqrt(15 * 300)
 
 
-@pytest.mark.parametrize("shape", [0.1, 0.5, 1.0, 5.0, 20.0])
+@pytest.mark.parametrize("shape", [0.1, 1.0, 20.0])
 def test_gamma_has_its_quantiles(shape: float) -> None:
     """Against the law itself by another route (survival function of scipy.stats), to 1e-9 of probability."""
     gaussian = np.linspace(-6, 6, 25)
@@ -51,7 +51,7 @@ def test_gamma_has_its_quantiles(shape: float) -> None:
     np.testing.assert_allclose(law.sf(gamma[12:]), normal.sf(gaussian[12:]), rtol=1e-6)
 
 
-@pytest.mark.parametrize("shape", [0.1, 0.5, 1.0, 5.0, 100.0])
+@pytest.mark.parametrize("shape", [0.1, 1.0, 100.0])
 def test_table_makes_gamma_texture(shape: float) -> None:
     """The squared roots of normal numbers follow the gamma law of unit mean (Kolmogorov-Smirnov), with its mean and second
     moment 1 + 1/nu to 5 sigma."""
@@ -73,7 +73,7 @@ def test_table_serves_every_bin_its_own_shape_and_any_number() -> None:
     assert np.isfinite(table.roots(np.array([[-1e3] * 500, [1e3] * 500], dtype=np.float32))).all()
 
 
-@pytest.mark.parametrize("shape", [0.3, 1.0, 10.0])
+@pytest.mark.parametrize("shape", [0.3, 10.0])
 def test_gaussian_correlation_gives_the_texture_its_own(shape: float) -> None:
     """100 000 pairs of Gaussians with the correlation found have textures that correlate 1/e: 5 sigma of the products."""
     rho = gaussian_correlation(shape, np.exp(-1))

@@ -15,7 +15,6 @@ from radar_service.stages.clutter.texture_rows import (
     TextureGrid,
     TextureLines,
     TextureRows,
-    blended,
     outward_units,
 )
 
@@ -162,12 +161,6 @@ def test_rows_do_not_depend_on_earlier_requests_nor_on_their_grouping() -> None:
         whole.make(scan, 0, 16)
     np.testing.assert_array_equal(whole.make(4, 0, ROWS), rows((1.0, 2.0), columns=300).make(4, 0, ROWS))
     assert not np.array_equal(whole.make(4, 0, ROWS), rows((1.0, 2.0), columns=300, seed=3).make(4, 0, ROWS))
-
-
-def test_blend_sums_both_halves() -> None:
-    out = np.empty((2, 3), dtype=np.float32)
-    blended(np.arange(12, dtype=np.float32).reshape(4, 3), np.array([1, 2, 10, 100], dtype=np.float32), out)
-    np.testing.assert_array_equal(out, [[60, 71, 82], [906, 1008, 1110]])
 
 
 WIND = np.deg2rad(40.0)

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 import radar_service as rs
 from radar_service.stages.interference.stage import Arrivals, Interference
-from radar_service.world.error import SceneError
 from tests.scenes import scene
 
 
@@ -17,20 +16,6 @@ def test_an_interfering_radar_in_si_units() -> None:
     (other,) = scene(interference=[{"bearing_deg": 90, "level_db": 20, "rpm": 30}]).effects["interference"]
     assert (other.position, other.rotation_period) == (None, 2.0)
     assert (other.bearing, other.level) == (pytest.approx(np.pi / 2), pytest.approx(100.0))
-
-
-@pytest.mark.parametrize(
-    ("keys", "message"),
-    [
-        ({}, "interference[0].bearing_deg: an interfering radar needs exactly one of bearing_deg and position_m"),
-        ({"bearing_deg": 1, "position_m": [1, 1]}, "interference[0].bearing_deg: an interfering radar needs exactly one"),
-        ({"bearing_deg": 1, "pulse_s": 1e-4, "prf_hz": 5000}, "interference[0].pulse_s: 0.0001 s at 5000 pulses a second"),
-    ],
-)
-def test_impossible_radars_are_refused(keys: dict[str, Any], message: str) -> None:
-    with pytest.raises(SceneError) as caught:
-        scene(interference=[keys])
-    assert str(caught.value).startswith(message)
 
 
 # stage: pulses of another radar: when they arrive, how loud, in which shape; against arithmetic and a sum in time of its own.
@@ -53,6 +38,16 @@ def received(of: rs.Scene, scans: int, seed: int = 0) -> tuple[Arrivals, NDArray
     number = np.arange(scans * of.radar.azimuths)
     boresight, time = of.radar.schedule(number)
     return one(of, seed).arrivals(boresight, time), time
+
+
+def lone_pulses(of: rs.Scene, since: float, until: float) -> tuple[Arrivals, NDArray[np.complex64], list[int]]:
+    """The arrivals of a scan, its profiles, and which arrivals between two delays [s] are alone in theirs."""
+    boresight, time = of.radar.schedule(np.arange(720))
+    result, profiles = one(of).arrivals(boresight, time), np.zeros((720, of.radar.bins), dtype=np.complex64)
+    for row, pulses in one(of).rows(boresight, time):
+        profiles[row] += pulses
+    alone = [w for w, row in enumerate(result.row) if np.sum(result.row == row) == 1 and since < result.delay[w] < until]
+    return result, profiles, alone
 
 
 def test_pulses_keep_their_own_time() -> None:
@@ -111,15 +106,7 @@ def test_shape_is_the_correlation_with_the_chirp() -> None:
     """Slow reference: the pulse as it arrives, correlated in time with the windowed chirp, every nanosecond; -40 dB of its energy
     (edges of 1/250 of the pulse, and what the sampled band cuts off)."""
     of = made({"pattern": EVERYWHERE, "pulse_s": 4e-6}, beamwidth_deg=90, level_db=140, frequency_offset_hz=3e6)
-    number = np.arange(720)
-    boresight, time = of.radar.schedule(number)
-    other = one(of)
-    result = other.arrivals(boresight, time)
-    only = [w for w in range(len(result.row)) if np.sum(result.row == result.row[w]) == 1 and 5e-6 < result.delay[w] < 14e-6]
-    profiles = np.zeros((720, of.radar.bins), dtype=np.complex64)
-    for row, pulses in other.rows(boresight, time):
-        profiles[row] += pulses
-    which = only[0]
+    result, profiles, (which, *_) = lone_pulses(of, 5e-6, 14e-6)
     fine = 1e-9
     t = np.arange(-2e-6 + fine / 2, 2e-6, fine)
     reference = (0.54 + 0.46 * np.cos(2 * np.pi * t / 4e-6)) * np.exp(1j * np.pi * 50e6 / 4e-6 * t**2)
@@ -138,16 +125,7 @@ def test_a_like_pulse_passes_a_plain_receiver_whole() -> None:
     of a sample it falls (0.4 dB: a third of a sample off the top of the filtered pulse)."""
     plain = {"modulation": "none", "bandwidth_hz": 5e6, "pulse_s": 0.25e-6, "sample_rate_hz": 40e6, "pattern": EVERYWHERE}
     of = made(plain, beamwidth_deg=90, level_db=100)
-    number = np.arange(720)
-    boresight, time = of.radar.schedule(number)
-    other = one(of)
-    result = other.arrivals(boresight, time)
-    profiles = np.zeros((720, of.radar.bins), dtype=np.complex64)
-    for row, pulses in other.rows(boresight, time):
-        profiles[row] += pulses
-    inside = [
-        w for w in range(len(result.row)) if 1e-6 < result.delay[w] < 18e-6 and np.sum(result.row == result.row[w]) == 1
-    ]
+    result, profiles, inside = lone_pulses(of, 1e-6, 18e-6)
     assert len(inside) > 5
     for which in inside:
         profile = profiles[result.row[which]]
@@ -186,15 +164,15 @@ def test_in_the_profiles_it_is_added_and_reproducible() -> None:
 @pytest.mark.parametrize(
     ("wrong", "text"),
     [
-        ({"bearing_deg": None}, "exactly one of bearing_deg and position_m"),
-        ({"position_m": [100, 100]}, "exactly one of bearing_deg and position_m"),
-        ({"pulse_s": 1e-4, "prf_hz": 10_000.0}, "transmits half the time or more"),
-        ({"prf_hz": 1.0}, "prf_hz"),
-        ({"eirp": 3}, "eirp"),
+        ({"bearing_deg": None}, "bearing_deg: an interfering radar needs exactly one of bearing_deg and position_m"),
+        ({"position_m": [100, 100]}, "bearing_deg: an interfering radar needs exactly one of bearing_deg and position_m"),
+        ({"pulse_s": 1e-4, "prf_hz": 5000}, "pulse_s: 0.0001 s at 5000 pulses a second transmits half the time or more"),
+        ({"prf_hz": 1.0}, "prf_hz: "),
+        ({"eirp": 3}, "eirp: "),
     ],
 )
 def test_impossible_settings_are_refused_with_their_key(wrong: dict[str, Any], text: str) -> None:
     section = {key: value for key, value in (OTHER | wrong).items() if value is not None}
-    with pytest.raises(rs.SceneError, match=r"interference\[0\]") as refused:
+    with pytest.raises(rs.SceneError) as refused:
         scene([], interference=[section])
-    assert text in str(refused.value)
+    assert str(refused.value).startswith(f"interference[0].{text}")

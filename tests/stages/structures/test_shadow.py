@@ -43,6 +43,7 @@ def fields(
     return shadow_of(pattern, structure).one_way(from_bow, offset).ravel(), np.array(slow)
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("pattern", ["sinc2", "cosine"])
 @pytest.mark.parametrize("structure", [MAST, FUNNEL], ids=lambda structure: structure.name)
 def test_shadows_are_those_of_a_black_strip(structure: Structure, pattern: str) -> None:
@@ -51,6 +52,7 @@ def test_shadows_are_those_of_a_black_strip(structure: Structure, pattern: str) 
     assert 20.0 * np.log10(np.abs(table - slow).max()) < -54.0
 
 
+@pytest.mark.sample(2)
 @pytest.mark.parametrize("polarization", ["h", "v"])
 @pytest.mark.parametrize("structure", [MAST, FUNNEL], ids=lambda structure: structure.name)
 def test_shadows_are_nearly_those_of_a_metal_cylinder(structure: Structure, polarization: str) -> None:

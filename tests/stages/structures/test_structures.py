@@ -15,6 +15,7 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.radar_feed import crossing_from_line
 from radar_service.records.fidelity import PRESETS
+from radar_service.sources.numbers import source_names
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.structures.reflection import IndirectPaths, structure_reflectors
 from radar_service.stages.structures.stage import StructureStage, StructureTruth, faint_bodies
@@ -23,12 +24,12 @@ from tests.scenes import point, radar, scene
 
 # effect: structures in scene files: what they become, and what is refused.
 MAST = {"name": "mast", "bearing_deg": -10, "distance_m": 3.0, "width_m": 0.4}
+DARK = MAST | {"name": "dark", "reflection": 0.0}
 
 
 def test_a_structure_in_si_units() -> None:
-    (mast, low) = radar(structure=[MAST, {**MAST, "bearing_deg": 170, "top_m": 0.5, "reflection": 0.3}]).effects[
-        "structures"
-    ]
+    two = [MAST, {**MAST, "bearing_deg": 170, "top_m": 0.5, "reflection": 0.3}]
+    (mast, low) = radar(structure=two).effects["structures"]
     assert (mast.name, mast.distance, mast.radius, mast.top, mast.reflection) == ("mast", 3.0, 0.2, np.inf, 1.0)
     assert mast.bearing == pytest.approx(np.radians(-10))
     assert (low.top, low.reflection) == (0.5, 0.3)
@@ -122,6 +123,12 @@ def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
     assert indirect(made, PRESETS["balanced"], (0, 1)) == 0 and indirect(made, fidelity, (0,)) == 0
 
 
+def test_absorbers_reflect_nothing() -> None:
+    made = radar(structure=[MAST, {**DARK, "bearing_deg": 90}])
+    assert [each.structure.name for each in structure_reflectors(made)] == ["mast"]
+    assert "indirect" not in source_names(scene([point("p", 0, 500)], radar={"structure": [DARK]})).values()
+
+
 def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
     """Of one echo abeam of a mast that is lit: f^2 at R + d, and 2 g f at R + d / 2, g of the direct beam and d the detour, which
     changes as own ship turns."""
@@ -146,14 +153,8 @@ def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:
 
 
 # truth: the truth of false echoes against what is received, and by hand.
-FINE_RADAR = {
-    "azimuths": 512,
-    "beamwidth_deg": 2.0,
-    "range_max_m": 1500,
-    "pattern": "cosine2",
-    "pulse_s": 2e-7,
-    "bandwidth_hz": 30e6,
-}
+FINE_RADAR = {"azimuths": 512, "beamwidth_deg": 2.0, "range_max_m": 1500, "pattern": "cosine2", "pulse_s": 2e-7,
+              "bandwidth_hz": 30e6}  # fmt: skip
 FUNNEL = {"name": "funnel", "bearing_deg": 0, "distance_m": 6, "width_m": 1.0}
 MULTIPLE = {"own_rcs_dbsm": 40, "range_m": 600, "orders": 3}
 
@@ -175,11 +176,8 @@ def test_what_the_truth_says_is_received() -> None:
     sim = rs.Simulator(scene([body], radar=radar, own_ship={"speed_kn": 8, "course_deg": 20}), "balanced", labels=True)
     scan, (crossing,) = sim.scan(), sim.crossings(0)
     assert crossing.false_echoes is not None and scan.labels is not None
-    assert [echo.kind for echo in crossing.false_echoes] == [
-        "indirect",
-        "multiple",
-        "multiple",
-    ]  # the fourth trace is too far
+    kinds = [echo.kind for echo in crossing.false_echoes]
+    assert kinds == ["indirect", "multiple", "multiple"]  # the fourth trace is too far
     direct = scan.power[scan.labels == 256].max()
     step = sim.scene.radar.range_step
     for label, echo in zip((7, 8, 8), crossing.false_echoes, strict=True):
