@@ -20,7 +20,6 @@ from websockets.sync.client import ClientConnection, connect
 
 from radar_service import wire
 from radar_service.numerics import wrap_angle
-from radar_service.receive import square_law
 from radar_service.records import (
     Crossing,
     FalseEcho,
@@ -32,6 +31,7 @@ from radar_service.records import (
     SourceRequest,
     SpokeBlock,
     source_request,
+    square_law,
     text_of,
 )
 from radar_service.scans import Scan, scan_of

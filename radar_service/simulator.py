@@ -1,20 +1,24 @@
 """The simulator computes spokes, scans and the truth from a scene, a fidelity and a seed. Its only clock is simulated time."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import math
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing
 from dataclasses import replace
 from functools import cached_property
+from threading import Lock
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from radar_service.engine.preparation import Prepared
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.numerics import BLAS_LIMIT, Indices, Singles
-from radar_service.plan.cost_model import engine_statistics
-from radar_service.plan.plan import NOTHING_KNOWN, Plan, plan_for
-from radar_service.plan.statistics import EngineStatistics
+from radar_service.numerics import BLAS_LIMIT, Floats, Indices, Singles
+from radar_service.plan.plan import Plan
 from radar_service.receive import receiver_noise_power
 from radar_service.records import (
     Crossing,
     Fidelity,
+    OwnShipTruth,
     PowersOf,
     Readings,
     ShipStates,
@@ -22,14 +26,20 @@ from radar_service.records import (
     Spoke,
     SpokeBlock,
     Truth,
+    regrouped,
     source_request,
 )
 from radar_service.scans import Sector
 from radar_service.scene_file.error_tables import changed_errors
-from radar_service.simulation.engine_set_up import SourceTiles, SourceTruth, check_arguments, chosen_fidelity, engine_set_up
-from radar_service.simulation.spoke_stream import SpokeStream
-from radar_service.simulation.tile_processes import TileProcesses
-from radar_service.sources.numbers import source_names
+from radar_service.simulation.engine_set_up import (
+    SourceTile,
+    SourceTiles,
+    SourceTruth,
+    check_arguments,
+    chosen_fidelity,
+    engine_set_up,
+)
+from radar_service.simulation.tile_processes import TileProcesses, shared_out
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.trace import TREES
 from radar_service.truth.crossings import CrossingTruth
@@ -67,19 +77,19 @@ class Simulator:
         """
         check_arguments(scene, seed, threads, sector)
         scene = scene.for_radar(radar)
-        steering = Steering(scene)
+        self._steering = steering = Steering(scene)
         self.scene, self.seed, self.fidelity = scene, seed, chosen_fidelity(scene, fidelity)
         self._threads, self._ends = threads, sector
         self._made = engine_set_up(steering.scene, self.fidelity, fidelity, seed)
         self.range, self.range_step = self._made.engine.range, scene.radar.range_step
         self.noise_power = receiver_noise_power(scene.radar)
-        request = source_request(labels, powers)
+        self._request, self._requests, self._again = source_request(labels, powers), 0, math.inf
         engine, _, line_of_sight, pulses = self._made
         if steering.past is not steering.scene:
             line_of_sight = line_of_sight.following(steering.past.bodies, steering.past.revision)
         self._truth = GroundTruth(steering.past, line_of_sight, self.fidelity.sampler)
         self._sources = SourceTruth(steering, self.fidelity, fidelity, self.seed, pulses)
-        reporter = ErrorReporter(
+        self._reporter = ErrorReporter(
             self.scene.radar,
             self.seed,
             self.scene.errors,
@@ -87,25 +97,25 @@ class Simulator:
             ship=self.scene.platform.body,
             stream=self.scene.environment.stream,
         )
-        tiles = SourceTiles(engine, pulses, request)
-        self.sources = tiles.sources(source_names(self.scene))
-        self.sources.check(request)
-        self._processes = TileProcesses(tiles, steering, self._threads)
-        self._stream = SpokeStream(self._processes, steering, Sector(self.scene.radar, self._ends), reporter)
+        tiles = SourceTiles(engine, pulses, self._request)
+        self.sources = tiles.sources(self.scene)
+        self.sources.check(self._request)
+        self._tiles = shared_out(tiles, steering, threads)
+        self._sector = Sector(self.scene.radar, sector)
+        self._next_scan = self._next_spoke = self._first = 0  # what comes next, and the spoke of the last skip
+        self._commanding = Lock()
         if commands := tuple(commands):
             self.replay(commands)
 
     def __repr__(self) -> str:
-        name, fidelity, scan = self.scene.name, self.fidelity.name, self._stream.next_scan
+        name, fidelity, scan = self.scene.name, self.fidelity.name, self._next_scan
         return f"<Simulator of {name!r}: fidelity {fidelity}, seed {self.seed}, next is scan {scan}>"
 
     @cached_property
     @BLAS_LIMIT.held()
     def plan(self) -> Plan:
         """What is modelled and what is not, why, at what error and cost; costs are measured at the first access."""
-        if self._made.set_up is None:
-            return plan_for(self.scene, self.fidelity)
-        return plan_for(self.scene, self.fidelity, engine_statistics(self._made.set_up))
+        return self._made.plan(self.scene, self.fidelity)
 
     @property
     def info(self) -> SpokeSourceInfo:
@@ -115,8 +125,7 @@ class Simulator:
     @property
     def unmeasured_info(self) -> SpokeSourceInfo:
         """`info` with a plan without counts and costs, which take a second to measure."""
-        culled = NOTHING_KNOWN.culled if self._made.set_up is None else self._made.set_up.culled
-        return self.described(plan_for(self.scene, self.fidelity, EngineStatistics(culled)).as_dict())
+        return self.described(self._made.plan(self.scene, self.fidelity, measured=False).as_dict())
 
     def described(self, plan: Mapping[str, Any]) -> SpokeSourceInfo:
         """Returns `info` with a plan as plain data, which is not made then."""
@@ -134,7 +143,7 @@ class Simulator:
     @property
     def processes(self) -> list[int]:
         """Numbers of the processes that compute with it now, where it has several `threads`."""
-        return self._processes.numbers
+        return self._tiles.numbers if isinstance(self._tiles, TileProcesses) else []
 
     @property
     def trees(self) -> int:
@@ -155,7 +164,8 @@ class Simulator:
 
     def reported(self, number: Indices) -> Readings:
         """Returns boresight and own ship of spokes of these numbers (K,) as they report them, by the errors of the first."""
-        return self._stream.reported(number)
+        laws, true = self._reporter.laws_at(int(number[0])), self._readings_of(number)
+        return true if laws is None else laws.reported(number, self.scene.radar.schedule(number)[1], true, self._readings_of)
 
     def spokes(self, scans: int | None = None) -> Iterator[Spoke]:
         """The spokes of the next `scans` scans one by one, in order; None: without end."""
@@ -166,9 +176,23 @@ class Simulator:
         """Consecutive spokes from the next scan on, in blocks that never span two scans.
 
         scans: how many, None: without end; a scan counts as taken with its first block. size: spokes per block (the last of a
-        scan may be shorter); it changes no byte.
+        scan may be shorter); it changes no byte. Where a command or a request acts on spokes that were computed, it goes back to
+        the first of them.
         """
-        return self._stream.blocks(scans, size)
+        azimuths = self.scene.radar.azimuths
+        at, left = self._next_scan * azimuths, math.inf if scans is None else scans
+        while left > 0:
+            self._begin(at)
+            with closing(self._rest_of_scan(at, size)) as blocks:
+                while (block := _computed(blocks)) is not None:
+                    part = self._as_commanded(block)
+                    if part is not None:
+                        yield self._reporter.reported(part, self._readings_of) if self._reporter.has_errors else part
+                    if self._due <= self._next_spoke:
+                        break
+            scan, back = at // azimuths, self._overtaken()
+            at = self._next_scan * azimuths if back is None else back
+            left -= 1 if back is None else back // azimuths - scan
 
     def feed(self, scans: int | None = None) -> Iterator[Spoke]:
         """The spokes of the next `scans` scans as a client of the service receives them, with the errors of the feed.
@@ -176,7 +200,7 @@ class Simulator:
         Spokes that are late at the end of the last scan come with the next call. None: without end.
         """
         for block in self.blocks(scans):
-            for sent in self._stream.reporter.sent(block):
+            for sent in self._reporter.sent(block):
                 yield from sent.spokes()
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
@@ -185,13 +209,13 @@ class Simulator:
         tables: those of `[errors]` in a scene file; each replaces the one in force, and None switches it off. None for all
         switches all off. Raises SceneError.
         """
-        errors = changed_errors(self._stream.reporter.errors, tables, self.scene.has_sensors)
-        self._stream.reporter.set(errors, self._stream.next_spoke)
+        errors = changed_errors(self.errors, tables, self.scene.has_sensors)
+        self._reporter.set(errors, self._next_spoke)
 
     @property
     def errors(self) -> ErrorSettings | None:
         """The errors on purpose of the spokes to come."""
-        return self._stream.reporter.errors
+        return self._reporter.errors
 
     @property
     def label_names(self) -> dict[int, str]:
@@ -208,7 +232,9 @@ class Simulator:
         """
         request = source_request(labels, powers)
         self.sources.check(request)
-        self._stream.request_sources(request, spoke)
+        with self._commanding:
+            self._request, self._requests = request, self._requests + 1
+            self._again = min(self._again, self._next_spoke if spoke is None else max(spoke, 0))
 
     @BLAS_LIMIT.held()
     def source_powers(self, scan: int | None = None) -> dict[int, Singles]:
@@ -220,8 +246,10 @@ class Simulator:
         return self._sources.powers(self._latest(scan))
 
     def skip_to(self, scan: int) -> None:
-        """Makes `scan` the next one, counted from 0 at t = 0."""
-        self._stream.skip_to(scan)
+        """Makes `scan` the next one, counted from 0 at t = 0. Commands that act earlier are followed from there on."""
+        self._next_scan = max(scan, 0)
+        self._next_spoke = self._first = self._next_scan * self.scene.radar.azimuths
+        self._reporter = self._reporter.restarted(self._next_spoke)
 
     def command(
         self, body: str | None = None, *, spoke: int | None = None, time: float | None = None, **values: Any
@@ -233,23 +261,26 @@ class Simulator:
         With an earlier one, a running `blocks` goes back there, and repeats spokes. May be called from any thread. Raises
         CommandError, and then nothing changes.
         """
-        return self._stream.command(body, spoke, time, values)
+        with self._commanding:
+            at = self._next_spoke if spoke is None and time is None else spoke
+            return self._steering.add(at, body, values, self._next_spoke, time)
 
     def take(self, command: Command) -> None:
         """Takes a command that was made for this scene, by another simulator of it. It acts as one of `command`."""
-        self._stream.take(command)
+        with self._commanding:
+            self._steering.take(command, self._next_spoke)
 
     @property
     def commands(self) -> tuple[Command, ...]:
         """All commands so far, by time: with them another simulator of the same scene makes the same bytes."""
-        return self._stream.steering.commands
+        return self._steering.commands
 
     def replay(self, commands: Iterable[Command | Mapping[str, Any]]) -> None:
         """Replaces all commands by those of another run, as `commands` gives them or as plain data. Call it between blocks.
 
         Raises CommandError, and then nothing changes.
         """
-        self._stream.steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
+        self._steering.replay([each if isinstance(each, Command) else command_from(each) for each in commands])
 
     def at_rpm(self, rpm: float) -> "Simulator":
         """Returns a simulator of the same scene at another rate of rotation, next the first scan after those of this one.
@@ -257,12 +288,12 @@ class Simulator:
         Simulated time, positions, commands and errors go on; scans and spokes are counted as if the antenna had always turned at
         that rate. Raises SceneError where the rate leaves no pulse for a spoke.
         """
-        scene, request = scene_at_rpm(replace(self.scene, errors=self.errors), rpm), self._stream.request
+        scene, request = scene_at_rpm(replace(self.scene, errors=self.errors), rpm), self._request
         commands = [scene.steerable.seen(each, each.body) for each in self.commands]
         sim = Simulator(
             scene, self.fidelity, self.seed, self._threads, self._ends, commands, request.labels, powers=request.powers
         )
-        sim.skip_to(scene.radar.first_scan(self.scene.radar.time_of_turns(float(self._stream.next_scan))))
+        sim.skip_to(scene.radar.first_scan(self.scene.radar.time_of_turns(float(self._next_scan))))
         return sim
 
     def truth(self, t: float) -> Truth:
@@ -272,7 +303,7 @@ class Simulator:
     def ship_states(self, times: Sequence[float], names: Sequence[str | None] = (None,)) -> list[ShipStates]:
         """True states of ships at times [s], as commanded then: of bodies by name, of own ship for None; what a radar sees of
         them does not count. Safe to call from another thread. Raises KeyError for a name that no body has."""
-        return self._stream.steering.past.ship_states(times, names)
+        return self._steering.past.ship_states(times, names)
 
     def crossings(self, scan: int | None = None, radiometric: bool = False, count: int = 1) -> tuple[Crossing, ...]:
         """The truth of each time that the boresight met a body in so many scans, by time; by default in the one taken last.
@@ -282,18 +313,18 @@ class Simulator:
         where radiometric truth is asked of the fidelity `documented`.
         """
         crossings = self._crossings.crossings(self._latest(scan), count)
-        if crossings and self._stream.reporter.has_errors:
+        if crossings and self._reporter.has_errors:
             of_each = zip(*((each.own_ship, each.scan, each.spoke) for each in crossings), strict=True)
-            reported = self._stream.with_reports(*of_each)
+            reported = self._with_reports(*of_each)
             crossings = tuple(replace(each, own_ship=own) for each, own in zip(crossings, reported, strict=True))
         return self._measured(crossings) if radiometric else crossings
 
     def snapshot(self, scan: int | None = None) -> Snapshot:
         """The truth of all bodies at the end of a scan, by default of the scan that was taken last."""
         snapshot = self._crossings.snapshot(number := self._latest(scan))
-        last = self._stream.reporter.last_spoke(number)
-        (own_ship,) = self._stream.with_reports([snapshot.own_ship], [number], [last])
-        return replace(snapshot, own_ship=own_ship, feed_errors=self._stream.reporter.counts(number))
+        last = self._reporter.last_spoke(number)
+        (own_ship,) = self._with_reports([snapshot.own_ship], [number], [last])
+        return replace(snapshot, own_ship=own_ship, feed_errors=self._reporter.counts(number))
 
     def truth_header(self) -> dict[str, Any]:
         """What a truth file says first: the scene, the seed, the fidelity and the radar."""
@@ -307,7 +338,8 @@ class Simulator:
 
     def close(self) -> None:
         """Ends the processes that compute with it, where it has several `threads`; the next block starts others."""
-        self._processes.close()
+        if isinstance(self._tiles, TileProcesses):
+            self._tiles.close()
 
     @cached_property
     def _crossings(self) -> CrossingTruth:
@@ -315,9 +347,76 @@ class Simulator:
         return CrossingTruth(self._truth)
 
     def _latest(self, scan: int | None) -> int:
-        return max(0, self._stream.next_scan - 1) if scan is None else scan
+        return max(0, self._next_scan - 1) if scan is None else scan
 
     @BLAS_LIMIT.held()
     def _measured(self, crossings: tuple[Crossing, ...]) -> tuple[Crossing, ...]:
         """The crossings with their radiometric part."""
         return self._sources.measured(crossings)
+
+    def _begin(self, spoke: int) -> None:
+        """Makes ready to compute from this spoke on, as commanded until there."""
+        with self._commanding:
+            self._next_scan, self._next_spoke = spoke // self.scene.radar.azimuths + 1, spoke
+            self._steering.go_to(spoke)
+            self._tiles.request = self._request
+            self._again = math.inf if max(self._again, self._first) >= spoke else self._again
+
+    def _rest_of_scan(self, spoke: int, size: int) -> Generator[SpokeBlock, None, None]:
+        """The blocks from this spoke to the end of its scan."""
+        scan, index = divmod(spoke, self.scene.radar.azimuths)
+        sector = self._sector.after(index)
+        computed = (self._block(scan, SourceTile(*tile)) for tile in self._tiles.scan(scan, sector.requested))
+        for stretch in sector.stretches(computed):
+            yield from regrouped(stretch, size)
+
+    def _block(self, scan: int, tile: SourceTile) -> SpokeBlock:
+        radar = self.scene.radar
+        number = scan * radar.azimuths + np.arange(tile.start, tile.start + len(tile.field))
+        boresight, time = radar.schedule(number)
+        return SpokeBlock(
+            int(number[0]), scan, tile.start, time, *self._readings(boresight, time), self.range, self.range_step,
+            tile.field, tile.power, labels=tile.labels, powers=tile.powers,
+        )  # fmt: skip
+
+    def _as_commanded(self, block: SpokeBlock) -> SpokeBlock | None:
+        """The spokes of a block before the next command or request, which count as taken from now on; None: there are none."""
+        with self._commanding:
+            count = min(len(block), int(min(self._due, block.first + len(block))) - block.first)
+            self._next_spoke = block.first + max(count, 0)
+            if count <= 0:
+                return None
+            part = block if count == len(block) else block.part(0, count)
+            count, requests = self._steering.count, self._requests
+            return replace(part, commands=count, requests=requests) if count or requests else part
+
+    @property
+    def _due(self) -> float:
+        """The first spoke that what is computed now does not hold for, none before that of the last skip."""
+        return max(min(self._steering.due, self._again), self._first)
+
+    def _overtaken(self) -> int | None:
+        """The spoke to go on from where a command or a request acts that the last blocks do not show; else None."""
+        with self._commanding:
+            return int(self._due) if self._due <= self._next_spoke else None
+
+    def _readings_of(self, number: Indices) -> Readings:
+        """True boresight and own ship of spokes of these numbers (K,), which are computed or earlier ones."""
+        return self._readings(*self.scene.radar.schedule(number))
+
+    def _readings(self, boresight: Floats, time: Floats) -> Readings:
+        """The readings of spokes at boresights [rad] and times [s] (K,)."""
+        own = self._steering.past.own_ship.pose(time)
+        return Readings(boresight, own.heading, own.position[:, :2], own.course, own.speed)
+
+    def _with_reports(self, own: Sequence[OwnShipTruth], scans: Sequence[int], spokes: Sequence[int]) -> list[OwnShipTruth]:
+        """Own ship with what the nearest spokes of scans report."""
+        nearest = [min(spoke, self._reporter.last_spoke(scan)) for scan, spoke in zip(scans, spokes, strict=True)]
+        reports = self._reporter.own_ships(own, nearest, self._readings_of)
+        return [replace(each, reported=report) for each, report in zip(own, reports, strict=True)]
+
+
+@BLAS_LIMIT.held()
+def _computed(blocks: Iterator[SpokeBlock]) -> SpokeBlock | None:
+    """The next block, None at the end. The limit is held while it is computed, and not while the consumer has it."""
+    return next(blocks, None)

@@ -11,6 +11,14 @@ from radar_service.records import Crossing, Fidelity, PowersOf, ShipStates, Snap
 from radar_service.world import Command, SceneOutline
 
 
+class SpokeSourceFault(Exception):
+    """The spoke source failed. The text says why."""
+
+
+class BusyFault(SpokeSourceFault):
+    """The spoke source cannot do it now, but may do so soon: the machine is too busy, or its process is replaced."""
+
+
 @dataclass(frozen=True, eq=False)
 class SpokeSourceInfo:
     """What is known of a source before its first spoke, as data that another process may have.

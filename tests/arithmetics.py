@@ -9,11 +9,11 @@ import subprocess
 import sys
 from collections.abc import Mapping
 
-from radar_service.numerics.arithmetic import CPU_FEATURES, arithmetic, dispatched
+from radar_service.numerics.arithmetic_name import CPU_FEATURES, arithmetic, dispatched
 from tests.conftest import SAME_BYTES
 
 KERNELS = {"Haswell": "AVX2", "Nehalem": "SSE42", "Sandybridge": "AVX", "SkylakeX": "AVX512_SKX"}  # and what each needs
-NAME = "from radar_service.numerics.arithmetic import arithmetic; print(arithmetic())"
+NAME = "from radar_service.numerics.arithmetic_name import arithmetic; print(arithmetic())"
 
 
 def arithmetics() -> dict[str, dict[str, str]]:

@@ -1,4 +1,4 @@
-"""How the suite runs: in one process more than there are cores, save where figures are measured. The scene that tests share."""
+"""How the suite runs: in two processes more than there are cores, save where figures are measured. The scene that tests share."""
 
 import asyncio
 import gc
@@ -27,11 +27,11 @@ sys.dont_write_bytecode = False  # nor this one the tests with their rewritten a
 
 
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
-    """One more than cores for the suite, as tests also wait for what they start, at most five; none besides this process for
-    benchmarks, studies and with -s or --pdb."""
+    """Two more than cores for the suite, as tests wait two fifths of their time for what they start, at most five; none besides
+    this process for benchmarks, studies and with -s or --pdb."""
     alone = config.option.markexpr not in (SUITE, SAME_BYTES) or config.option.capture == "no" or config.option.usepdb
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return 0 if alone else min(5, cores + 1)
+    return 0 if alone else min(5, cores + 2)
 
 
 @pytest.hookimpl(wrapper=True)
@@ -63,8 +63,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_collection_finish(session: pytest.Session) -> None:
     """Modules and tests of the suite live to its end: the collector of garbage need not go through them again and again."""
     if session.config.option.markexpr == SUITE:
-        gc.collect()
-        gc.freeze()
+        gc.freeze()  # without a search before it, which takes 0.3 s in each process
         gc.set_threshold(5_000, 10, 10)  # seven times as seldom: what a test leaves may wait, a full search takes 0.1 s
 
 

@@ -72,16 +72,6 @@ def test_near_and_far_pulses_trigger_it_each() -> None:
     assert cells.min() == pytest.approx(1500 + 75 - 15, abs=40) and cells.max() > 3000
 
 
-def test_the_mast_of_own_ship_sways() -> None:
-    """At a roll of 25 degrees and a beam 6 degrees high the racon abeam gets less and less: its mark comes and goes."""
-    own = {"roll_deg": 25, "roll_period_s": 7.3, "heading_deg": 90}
-    sim = simulator(RACON, own_ship=own, radar=RADAR | {"beamwidth_el_deg": 6})
-    counts = [marked(sim.scan()) for _ in range(8)]
-    assert min(counts) == 0 and max(counts) > 20
-    triggered = [sim.crossings(k)[0].effects["beacon"].triggered for k in range(8)]
-    assert {count > 0 for count, now in zip(counts, triggered, strict=True) if now} == {True}
-
-
 def test_a_ship_that_passes_before_it_hides_it() -> None:
     """40 m high, 750 m off, crossing at 40 m/s: for some scans there is no mark, before and after there is."""
     ship = {"name": "ship", "shape": "box", "length_m": 120, "width_m": 30, "height_m": 40, "position_m": [-240, 750, 0],
@@ -93,25 +83,6 @@ def test_a_ship_that_passes_before_it_hides_it() -> None:
     triggered = {crossing.scan: crossing.effects["beacon"].triggered for crossing in crossings}
     assert visible[0] and not all(visible) and visible[-1]
     assert visible == [triggered[k] for k in range(12)]
-
-
-def test_bytes_do_not_depend_on_threads_or_the_start() -> None:
-    """A racon, a SART and a reflector that roll, over a sea: the third scan from the start, alone, and on two threads."""
-    bodies = [RACON, point("raft", -800, -300, 1, sart={"offset_m": [0, 0, 1]}, roll_deg=8, roll_period_s=4.0),
-              {"name": "r", "shape": "reflector", "reflector": "corner", "edge_m": 0.4, "position_m": [500, 0, 4],
-               "heading_deg": 270, "roll_deg": 12, "roll_period_s": 5.0}]  # fmt: skip
-    settings: dict[str, Any] = {
-        "radar": RADAR, "environment": {"noise": True, "multipath": True, "sea_state": 3}, "own_ship": {"speed_kn": 12}
-    }  # fmt: skip
-    of = scene(bodies, **settings)
-    through = rs.Simulator(of, "fast", seed=5)
-    third = [through.scan() for _ in range(3)][2]
-    threaded = rs.Simulator(of, "fast", seed=5, threads=2)
-    again = [threaded.scan() for _ in range(3)][2]
-    np.testing.assert_array_equal(third.field, again.field)
-    later = rs.Simulator(of, "fast", seed=5)
-    later.skip_to(2)
-    np.testing.assert_array_equal(third.field, later.scan().field)
 
 
 def test_a_beacon_adds_its_answer_and_nothing_else() -> None:

@@ -46,6 +46,8 @@ LIGHT = scene(
     environment={"noise": True, "sea_state": 3},
     own_ship={"steerable": STEERED},
 )  # fmt: skip
+SMALL_RADAR = {"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8}
+ONE = scene([point("a", 0, 300, steerable=STEERED)], radar=SMALL_RADAR)
 
 
 def steerable_everything() -> rs.Scene:
@@ -156,10 +158,7 @@ def test_a_point_follows_its_commands_in_range_and_bearing() -> None:
 
 
 def test_it_says_what_it_did_and_the_truth_follows_at_once() -> None:
-    made = scene(
-        [point("a", 0, 300, steerable=STEERED)], radar={"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8}
-    )
-    sim = rs.Simulator(made, "fast")
+    sim = rs.Simulator(ONE, "fast")
     for spoke in sim.spokes():
         if spoke.number == 20:
             break
@@ -171,10 +170,7 @@ def test_it_says_what_it_did_and_the_truth_follows_at_once() -> None:
 
 
 def test_the_past_stays_in_truth_and_crossings() -> None:
-    made = scene(
-        [point("a", 300, 0, steerable=STEERED)], radar={"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8}
-    )
-    sim = rs.Simulator(made, "fast")
+    sim = rs.Simulator(ONE, "fast")
     sim.scan()
     before = sim.crossings(0), sim.snapshot(0), sim.truth(1.0)
     sim.command("a", position_m=[0, 200])
@@ -184,18 +180,11 @@ def test_the_past_stays_in_truth_and_crossings() -> None:
 
 
 def test_a_moved_ship_shadows_what_is_behind_it_now() -> None:
-    wall = {
-        "name": "wall",
-        "shape": "box",
-        "length_m": 4,
-        "width_m": 60,
-        "height_m": 40,
-        "position_m": [200, 0, 0],
-        "rcs_dbsm": -40,
-    }
+    size = {"length_m": 4, "width_m": 60, "height_m": 40}
+    wall = {"name": "wall", "shape": "box", **size, "position_m": [200, 0, 0], "rcs_dbsm": -40}
     made = scene(
         [{**wall, "steerable": {}}, point("p", 0, 400, 2.0), point("q", 400, 0, 2.0)],
-        radar={"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8},
+        radar=SMALL_RADAR,
     )
     sim = rs.Simulator(made, "fast")
     sim.scan()
@@ -211,10 +200,7 @@ def test_a_moved_ship_shadows_what_is_behind_it_now() -> None:
 
 
 def test_a_body_disappears_and_appears() -> None:
-    made = scene(
-        [point("a", 0, 300, steerable=STEERED)], radar={"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8}
-    )
-    sim = rs.Simulator(made, "fast", commands=[{"spoke": 60, "body": "a", "present": False}])
+    sim = rs.Simulator(ONE, "fast", commands=[{"spoke": 60, "body": "a", "present": False}])
     cell = int(np.argmin(np.abs(sim.range - 300)))
     scans = [sim.scan() for _ in range(2)]
     sim.command("a", present=True, position_m=[300, 0])
@@ -227,10 +213,7 @@ def test_a_body_disappears_and_appears() -> None:
 
 
 def test_commands_from_another_thread_lose_no_spoke() -> None:
-    made = scene(
-        [point("a", 0, 300, steerable=STEERED)], radar={"azimuths": AZIMUTHS, "range_max_m": 600, "beamwidth_deg": 8}
-    )
-    sim = rs.Simulator(made, "fast")
+    sim = rs.Simulator(ONE, "fast")
     started, ended = threading.Event(), threading.Event()
 
     def steer() -> None:
@@ -249,7 +232,7 @@ def test_commands_from_another_thread_lose_no_spoke() -> None:
     assert ended.wait(60)
     thread.join()
     assert numbers == list(range(6 * AZIMUTHS)) and len(sim.commands) == 50
-    replayed = [spoke.power for spoke in rs.Simulator(made, "fast", commands=sim.commands).spokes(6)]
+    replayed = [spoke.power for spoke in rs.Simulator(ONE, "fast", commands=sim.commands).spokes(6)]
     assert np.array(replayed).tobytes() == np.array(live).tobytes()
 
 

@@ -14,10 +14,9 @@ import pytest
 import radar_service as rs
 from radar_service.commands.command_line import parser
 from radar_service.scene_file.load import load_scene
-from tests.prose import Names, code, code_files
+from tests.prose import DOCSTRING, Names, code, code_files
 from tests.prose import prose as prose_of
 from tests.reference.docs_tables import TABLES, renewed
-from tests.test_house_rules import docstrings
 
 ROOT = Path(__file__).parents[1]
 HISTORY = ["CHANGELOG.md", *(f"docs/changes/{file.name}" for file in (ROOT / "docs" / "changes").glob("[0-9]*.md"))]
@@ -31,15 +30,14 @@ CODE = [
     for folder in ("radar_service", "clients", "scenes", "tests")
     for file in sorted((ROOT / folder).rglob(pattern))
 ]
-FILES = ("radar_service", "clients", "scenes", "tests", "docs", ".github", ".ci")  # of which documents name files
 LINK = re.compile(r"\]\(([^)\s]+)\)")
-PATH = re.compile(rf"`((?:{'|'.join(map(re.escape, FILES))})/[\w./-]*)")
 CITATION = re.compile(r"docs/[\w/-]+\.md(?:#[\w-]+)?")
 NUMBERED = re.compile(r"docs/specification\.md,? (eqs?\.|errata rows?) (\d+(?:(?:, | and | to )\d+)*)")
 OUTSIDE = re.compile(
     r"\bDESIGN\b|(?:\(|# )issue\b|\b[Ss]eed('s| eqs?\.| algorithm| fig(?:ure|\.)| \d+\.\d)"
     r"|(?<![\w/.-])(?!docs/|README|CONTRIBUTING|CHANGELOG)[\w./-]+\.md\b"
 )
+MAY_CITE = re.compile(r"DESIGN|issue|eed|\.md")  # three files in four have none of these
 EQUATIONS, ROWS = range(1, 23), range(1, 14)
 
 
@@ -100,22 +98,6 @@ def test_links_resolve(name: str) -> None:
 def test_a_broken_link_is_found(target: str, why: str | None) -> None:
     fault = broken("docs/engine.md", target)
     assert (fault is None) if why is None else (fault is not None and why in fault)
-
-
-@pytest.mark.parametrize("name", NAMES)
-def test_files_named_exist(name: str) -> None:
-    missing = [path for path in PATH.findall(text(name)) if not (ROOT / path.rstrip(".")).exists()]
-    assert not missing, f"{name}: {', '.join(missing)}: no such file"
-
-
-SHORT = re.compile(r"`((?:[\w-]+/)*[\w-]+\.(?:py|js))`")
-
-
-@pytest.mark.parametrize("name", ["docs/code-map.md", "docs/threads.md", "docs/interfaces.md", "docs/ports.md"])
-def test_files_named_by_the_end_of_their_path_exist(name: str) -> None:
-    files = ["/" + file.relative_to(ROOT).as_posix() for file in CODE]
-    missing = [path for path in SHORT.findall(text(name)) if not any(file.endswith("/" + path) for file in files)]
-    assert not missing, f"{name}: {', '.join(missing)}: no such file"
 
 
 def test_the_index_lists_every_document() -> None:
@@ -190,7 +172,7 @@ def counted() -> dict[str, float]:
     whole = {name: text(name) for name in NAMES if name != "CONTRIBUTING.md"}
     by_hand = sum(words(GENERATED.sub("", source)) for name, source in whole.items() if name != "docs/believed.md")
     sources = (file.read_text(encoding="utf-8") for file in (ROOT / "radar_service").rglob("*.py"))
-    of_each = [words(docstring) for source in sources for _, docstring in docstrings(source)]
+    of_each = [words(docstring[2]) for source in sources for docstring in DOCSTRING.finditer(source)]
     return {
         "hand-written": by_hand,
         "generated": sum(map(words, whole.values())) - by_hand,
@@ -294,8 +276,8 @@ def test_no_code_cites_a_document_outside_the_repository() -> None:
     outside = [
         f"{file.relative_to(ROOT)}: {result[0]}"
         for file in CODE
-        if file != Path(__file__)
-        for result in OUTSIDE.finditer(unwrapped(file.read_text(encoding="utf-8")))
+        if file != Path(__file__) and MAY_CITE.search(source := file.read_text(encoding="utf-8"))
+        for result in OUTSIDE.finditer(unwrapped(source))
     ]
     assert not outside, "\n".join(outside)
 

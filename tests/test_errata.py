@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 from radar_service.engine.documented import AzimuthHits, DocumentedEngine
 from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import direction
-from radar_service.propagation.attenuation import attenuation_amplitude, printed_atmosphere
+from radar_service.propagation.gas_and_rain import attenuation_amplitude, printed_atmosphere
 from radar_service.propagation.multipath import (
     printed_two_ray_factor,
     two_ray_factor,
@@ -18,6 +18,7 @@ from radar_service.propagation.multipath import (
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
 from radar_service.receive.chirp_sum import (
+    beam_spread,
     chirp,
     chirp_sum,
     compress,
@@ -27,7 +28,6 @@ from radar_service.receive.chirp_sum import (
     sample_delay,
     window,
 )
-from radar_service.receive.detection import beam_spread
 from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.load import load_scene
 from radar_service.trace.moller_trumbore import TriangleList, printed_crossings, watertight_crossings
@@ -197,6 +197,24 @@ def test_row_10_the_worked_example() -> None:
     assert printed_two_way(degree, 0.0, BEAM, 1.0) == pytest.approx(0.0149, abs=5e-5)  # printed 0.20
     assert printed_phase(200.0, LAMBDA) == pytest.approx(78_888, abs=0.5)  # printed 78 873
     assert printed_phase(200.0, LAMBDA) / (2 * np.pi) == pytest.approx(12_555.35, abs=5e-3)  # printed 12 553
+
+
+def test_the_worked_example_through_the_whole_chain() -> None:
+    """One point at 200 m and 45 degrees, 200 MSPS: its delay, its bins, and amplitude and phase on boresight and a degree on."""
+    assert 400 / SPEED_OF_LIGHT * 200e6 == pytest.approx(266.85, abs=5e-3)  # right: between two samples
+    assert sample_delay(np.array([200.0]), 200e6).tolist() == [267]  # printed 267
+    target = {"shape": "point", "rcs_dbsm": 0, "position_m": [200 * 0.5**0.5, 200 * 0.5**0.5, 10.0]}
+    chain = DocumentedEngine(scene(target, sample_rate_hz=200e6, range_max_m=400, rays=1), PRESETS["documented"], seed=0)
+    power = chain.scan(0)[1]
+    assert np.argmax(power[90]) == 267 and np.argmax(power[:, 267]) == 90  # printed: 45 / 0.5 = 90th, counted from 0
+    assert chain.range[[1, 267]] == pytest.approx(
+        [0.7495, 200.11], abs=5e-3
+    )  # printed 267 x 0.75 m = 200.25 m "about 200 m"
+    boresight, one_degree_on = (chain.azimuth_field(0, index)[267] for index in (90, 92))
+    assert np.abs(boresight) == pytest.approx(1 / (200.0**2 + 1), rel=1e-6)  # eq. 8 on boresight; complex64
+    assert np.abs(one_degree_on) / np.abs(boresight) == pytest.approx(0.0149, abs=5e-5)  # eq. 3 on the amplitude
+    turns = printed_phase(200.0, LAMBDA) / (2 * np.pi)
+    assert np.angle(boresight) / (2 * np.pi) % 1 == pytest.approx(turns % 1, abs=1e-6)  # complex64
 
 
 def test_row_11_the_pulse_under_a_hamming_window() -> None:

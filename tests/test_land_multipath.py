@@ -100,37 +100,6 @@ def test_a_racon_ashore_has_its_own_reflection() -> None:
     np.testing.assert_allclose(measured, [lobe, 0.0], atol=0.01)
 
 
-def passing(**more: Any) -> rs.Simulator:
-    """Own ship under way before an island, behind which a launch and a steel boat cross the edges of its reflection, a mark on
-    it, and a radar on its shore."""
-    boat = {"shape": "box", "length_m": 6, "width_m": 3, "height_m": 3, "course_deg": 90}
-    bodies = [
-        land(300.0, 500.0, 1.0, "sand"), point("mark", 20, 450, 4.0), point("launch", -40, 640, 3.0, speed_kn=30, course_deg=90),
-        {**boat, "name": "steel", "scattering": "optics", "position_m": [-260, 620, 0], "speed_kn": 20},
-    ]  # fmt: skip
-    radar = {"azimuths": 48, "beamwidth_deg": 12, "range_max_m": 900, "rpm": 60, "pulse_s": 2e-7}
-    shore = {**radar, "id": "shore", "height_m": 9, "platform": {"position_m": [-100, 320]}}
-    made = scene(
-        bodies, radar=[{**radar, "id": "ship"}, shore], own_ship={"speed_kn": 16, "course_deg": 60},
-        environment={"multipath": True, "noise": True, "sea_state": 2},
-    )  # fmt: skip
-    return rs.Simulator(made, FEW, seed=3, **more)
-
-
-@pytest.mark.parametrize("radar", ["ship", "shore"])
-def test_bytes_depend_on_no_history_no_threads_and_no_blocks(radar: str) -> None:
-    """The third scan: after two others, alone with two threads, and spoke by spoke; the other radar of the scene is another."""
-    through = passing(radar=radar)
-    third = [through.scan() for _ in range(3)][2].field
-    later = passing(radar=radar, threads=2)
-    later.skip_to(2)
-    np.testing.assert_array_equal(later.scan().field, third)
-    alone = passing(radar=radar)
-    alone.skip_to(2)
-    blocks = np.concatenate([block.field for block in alone.blocks(1, size=7)])
-    np.testing.assert_array_equal(blocks, third)
-
-
 @pytest.mark.parametrize("material", ["vegetation", "concrete"])
 def test_a_mover_has_the_reflection_of_where_its_point_is(material: str) -> None:
     """A launch 5 m high at 15 m/s, 1200 m off, before which land of 0.5 m ends at its way: as long as the point of reflection is

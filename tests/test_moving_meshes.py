@@ -101,24 +101,3 @@ def test_a_turning_mesh_equals_the_reference() -> None:
     engine = engine_for(made)
     for number in range(5):
         assert error_db(whole_scan(engine, number), reference_field(made, engine, number)) < -50
-
-
-def test_the_phase_continues_across_tiles_visibility_steps_and_scans() -> None:
-    """A point due north, where scans meet, from a ship at 25 kn with a visibility step of 0.39 s: over the crossing, tile after
-    tile, the field's phase is that of the closed form to 0.3 degrees, though it turns by 17 rad from azimuth to azimuth."""
-    own = {"speed_kn": 25, "course_deg": 15}
-    made = scene([point("t", 0, 900)], radar={"range_max_m": 1200, "beamwidth_deg": 20}, own_ship=own)
-    radar, sim = made.radar, rs.Simulator(made)
-    scans = [sim.scan() for _ in range(3)]
-    time, azimuth = (np.concatenate([getattr(s, name) for s in scans]) for name in ("time", "azimuth"))
-    field = np.concatenate([s.field for s in scans])
-    geometry = 25 * 1852 / 3600 * time
-    east, north = -geometry * np.sin(np.deg2rad(15)), 900 - geometry * np.cos(np.deg2rad(15))
-    r = np.sqrt(east**2 + north**2 + ((east**2 + north**2) / (2 * EARTH)) ** 2)
-    exact = point_field(scans[0].range, azimuth, r[:, None], np.arctan2(east, north)[:, None], np.ones((len(r), 1)),
-                        radar.wavelength, radar.bandwidth, radar.pulse, (0.54, 0.46), radar.beamwidth)  # fmt: skip
-    column = np.argmax(np.abs(exact), axis=1)
-    rows = np.flatnonzero(np.abs(exact[np.arange(len(r)), column]) > 0.3)
-    assert len(rows) > 100 and (np.diff(rows) == 1).sum() > 100
-    turn = np.angle(field[rows, column[rows]] / exact[rows, column[rows]])
-    assert np.rad2deg(np.abs(turn)).max() < 0.3

@@ -35,37 +35,34 @@ def source_files(folder: str) -> set[str]:
     }
 
 
-def copied(folder: Path) -> None:
-    """Copies what a build needs."""
-    for name in (*SOURCES, *DOCUMENTS):
-        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", f"{COMPILED}.*"))
-    for file in FILES:
-        shutil.copy(ROOT / file, folder)
-
-
-def built(folder: Path, hook: str) -> None:
-    """Calls a hook of the backend as pip does: by the path that pyproject.toml names."""
-    settings = tomllib.loads((folder / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]
-    code = f"import sys; sys.path[:0] = {settings['backend-path']}; import {settings['build-backend']} as backend; backend.{hook}"
-    subprocess.run([sys.executable, "-c", code], cwd=folder, check=True, capture_output=True)
-
-
 @pytest.fixture(scope="module")
-def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A wheel that the installed setuptools builds from a copy of the sources; an old build folder cannot leak into it."""
-    pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build a wheel offline")
+def built(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the wheel and the source distribution that the installed setuptools builds from a copy of the sources, as pip
+    does: by the path that pyproject.toml names. An old build folder cannot leak into them."""
+    pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build offline")
     if not build_backend.compiler() and not find_spec("ziglang"):
         pytest.skip("no C compiler works here, and ziglang is not installed")
-    copy, out = tmp_path_factory.mktemp("copy") / "source", tmp_path_factory.mktemp("wheel")
-    copied(copy)
+    copy, out = tmp_path_factory.mktemp("copy") / "source", tmp_path_factory.mktemp("built")
+    for name in (*SOURCES, *DOCUMENTS):
+        shutil.copytree(ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", f"{COMPILED}.*"))
+    for file in FILES:
+        shutil.copy(ROOT / file, copy)
     stale = copy / "build" / f"lib.{sysconfig.get_platform()}-{sys.implementation.cache_tag}" / "radar_service" / "kernels"
     stale.mkdir(parents=True)
     for file in (stale, copy / "radar_service" / "kernels"):  # of other trees
         (file / f"{COMPILED}.other.so").write_bytes(b"of another tree")
     backend = copy / "radar_service" / "kernels" / "build_backend.py"
     backend.write_text(backend.read_text(encoding="utf-8").replace('"-O3"', '"-O0"'), encoding="utf-8")  # 3 s less
-    built(copy, f"build_wheel({str(out)!r})")
-    return next(out.glob("*.whl"))
+    settings = tomllib.loads((copy / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]
+    code = f"import sys; sys.path[:0] = {settings['backend-path']}; import {settings['build-backend']} as backend"
+    code += f"; backend.build_sdist({str(out)!r}); backend.build_wheel({str(out)!r})"
+    subprocess.run([sys.executable, "-c", code], cwd=copy, check=True, capture_output=True)
+    return out
+
+
+@pytest.fixture
+def wheel(built: Path) -> Path:
+    return next(built.glob("*.whl"))
 
 
 def test_wheel_holds_one_package_with_all_source_files(wheel: Path) -> None:
@@ -80,11 +77,8 @@ def test_wheel_holds_one_package_with_all_source_files(wheel: Path) -> None:
     assert len(kernels) == 1 and f"radar_service/kernels/{COMPILED}.other.so" not in kernels
 
 
-def test_a_source_distribution_carries_the_kernels_who_builds_them_and_all_that_its_page_names(tmp_path: Path) -> None:
-    pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed")
-    copied(tmp_path / "source")
-    built(tmp_path / "source", f"build_sdist({str(tmp_path)!r})")
-    with tarfile.open(next(tmp_path.glob("*.tar.gz"))) as archive:
+def test_a_source_distribution_carries_the_kernels_who_builds_them_and_all_that_its_page_names(built: Path) -> None:
+    with tarfile.open(next(built.glob("*.tar.gz"))) as archive:
         names = {name.partition("/")[2]: name for name in archive.getnames()}
         page = archive.extractfile(names["PKG-INFO"]).read().decode().partition("\n\n")[2]  # type: ignore[union-attr]
     assert "![" not in page and not re.findall(r"\]\((?!https?:)", page), "an index resolves no path"
@@ -115,7 +109,7 @@ from radar_service.clients.ppi.client import FeedError as raised
 from radar_service.kernels import build_backend
 from radar_service.scene_file.document import packaged_folder
 assert FeedError is raised and "clients" not in sys.modules
-assert rs.load_scene("harbour").name
+assert rs.load_scene("open-sea").name
 print(packaged_folder("scenes"), packaged_folder("clients"), sep="\\n")
 """
     command = [sys.executable, "-c", look]

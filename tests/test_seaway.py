@@ -1,13 +1,12 @@
-"""Ships in a seaway from end to end: truth, bytes whatever the threads, and commands."""
+"""Ships in a seaway from end to end, beside land and aids to navigation: bytes whatever the threads, blocks and commands."""
 
 from typing import Any
 
 import numpy as np
-import pytest
 
 import radar_service as rs
-from radar_service.world.seaway_motion import SeawayMotion
-from tests.scenes import scene
+from radar_service.sources.numbers import source_names
+from tests.scenes import point, scene
 
 RADAR = {"range_max_m": 600, "azimuths": 32, "beamwidth_deg": 12, "pulse_s": 1e-6, "rpm": 60, "height_m": 12}
 SEA = {"sea_state": 3, "multipath": True, "current_kn": 1.5, "current_to_deg": 20, "seaway": {"period_s": 5.0, "seed": 3}}
@@ -17,55 +16,36 @@ WOOD = STEEL | {"name": "wood", "scattering": "diffuse", "material": "wood", "po
 OWN = {"course_deg": 20, "speed_kn": 6, "steerable": {}}
 
 
-def simulator(**more: Any) -> rs.Simulator:
-    return rs.Simulator(scene([STEEL, WOOD], radar=RADAR, environment=SEA, own_ship=OWN), "balanced", 3, **more)
+LAND_AND_AIDS = [
+    {"name": "island", "shape": "box", "length_m": 200, "width_m": 400, "height_m": 1, "material": "sand",
+     "position_m": [0, 450, 0]},
+    point("launch", -40, 580, 3.0, speed_kn=30, course_deg=90), point("tower", 20, 450, 10, racon={"letter": "K"}),
+    point("raft", -300, -100, 1, sart={"offset_m": [0, 0, 1]}, roll_deg=8, roll_period_s=4.0),
+    {"name": "corner", "shape": "reflector", "reflector": "corner", "edge_m": 0.4, "position_m": [300, 0, 4],
+     "heading_deg": 270, "roll_deg": 12, "roll_period_s": 5.0},
+]  # fmt: skip
 
 
-def test_bytes_depend_on_no_thread_and_no_history() -> None:
-    """Commands as they come, in the second scan, and all known before, with two threads."""
-    sim = simulator()
+def simulator(*others: dict[str, Any], **more: Any) -> rs.Simulator:
+    made = scene([STEEL, WOOD, *others], radar=RADAR, environment=SEA | {"noise": bool(others)}, own_ship=OWN)
+    return rs.Simulator(made, "balanced", 3, **more)
+
+
+def test_bytes_depend_on_no_thread_no_block_and_no_history() -> None:
+    """Commands as they come, in the second scan, and all known before: with two threads, and a scan alone, block by block."""
+    sim = simulator(*LAND_AND_AIDS, labels=True)
     scans = [sim.scan()]
     sim.command("steel", speed_kn=2.0, course_deg=200.0)
     sim.command(None, turn_rate_deg_s=3.0, speed_kn=12.0)
-    scans.append(sim.scan())
-    again = simulator(threads=2, commands=sim.commands)
-    for scan in scans:
+    scans += [sim.scan(), sim.scan()]
+    again = simulator(*LAND_AND_AIDS, threads=2, commands=sim.commands)
+    for scan in scans[:2]:
         np.testing.assert_array_equal(again.scan().field, scan.field)
-    assert np.abs(scans[1].field).max() > 0.0
-
-
-def test_truth_has_the_positions_and_velocities_of_ships_in_a_seaway() -> None:
-    """Velocities against differences of the positions that the motions have."""
-    sim = simulator()
-    seen, h = 0, 1e-4
-    for _ in range(2):
-        sim.scan()
-        for crossing in sim.crossings():
-            if crossing.time < 1e-3:
-                continue  # the ship begins to move at 0
-            body = next(each for each in sim.scene.bodies if each.name == crossing.body)
-            assert isinstance(body.motion.sway, SeawayMotion)
-            ends = []
-            for time in (crossing.time - h, crossing.time, crossing.time + h):
-                pose = body.motion.pose(time)
-                assert pose.rotation is not None
-                ends.append(pose.position[0] + pose.rotation[0] @ body.reference)
-            np.testing.assert_allclose(crossing.position, ends[1], atol=1e-9)
-            np.testing.assert_allclose(crossing.velocity, (ends[2] - ends[0]) / (2 * h), atol=1e-5)
-            own = sim.scene.own_ship.sway_state(np.array([crossing.time])).values[0]
-            assert (crossing.own_ship.roll, crossing.own_ship.pitch) == pytest.approx((own[0], own[1]), abs=1e-12)
-            assert crossing.own_ship.roll and crossing.position[2] != 0.0
-            seen += 1
-    assert seen > 1
-
-
-def test_a_command_moves_no_ship_by_a_jolt() -> None:
-    """Truth of the last spoke before a command and of the first after it: position and roll go on by their rates."""
-    sim = simulator()
-    sim.scan()
-    sim.command(None, speed_kn=0.0)
-    sim.scan()
-    step, spoke = sim.scene.radar.spoke_period, 32
-    states = [sim.truth((spoke + k) * step).own_ship for k in (-2, -1, 0, 1)]
-    heights = np.array([state.position[2] for state in states])
-    assert np.abs(np.diff(heights, 2)).max() < 2e-3, "m, at an acceleration of 2 m/s^2 and a kink of the rate of 0.06 m/s"
+    alone = simulator(*LAND_AND_AIDS, commands=sim.commands)
+    alone.skip_to(2)
+    blocks = np.concatenate([block.field for block in alone.blocks(1, size=7)])
+    np.testing.assert_array_equal(blocks, scans[2].field)
+    labels = np.concatenate([scan.labels for scan in scans if scan.labels is not None])
+    assert {*source_names(sim.scene)} - {*np.unique(labels).tolist()} == {2, 3, 4}, (
+        "all but rain, interference, second time around"
+    )

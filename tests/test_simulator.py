@@ -44,18 +44,11 @@ def test_same_seed_same_bytes_whatever_the_block_size(fidelity: str) -> None:
     assert samples(rs.Simulator(made, fidelity, seed=8).blocks(scans=2)) != whole
 
 
-@pytest.mark.parametrize(("own_ship", "counts"), [({}, [3]), ({"speed_kn": 25, "course_deg": 70}, [2, 8])])
-def test_same_bytes_whatever_the_number_of_threads(own_ship: dict[str, float], counts: list[int]) -> None:
-    """The busy scene, also from a moving ship, so that visibility snapshots and shadows pass between processes."""
-    made = busy(own_ship=own_ship)
-    alone = samples(rs.Simulator(made, seed=7).blocks(scans=3))
-    for threads in counts:
-        assert samples(rs.Simulator(made, seed=7, threads=threads).blocks(scans=3)) == alone
-
-
-def test_no_threads_are_refused() -> None:
-    with pytest.raises(ValueError, match="threads: 0 is not allowed"):
-        rs.Simulator(scene(), threads=0)
+def test_same_bytes_whatever_the_number_of_threads() -> None:
+    """The busy scene from a moving ship, so that visibility snapshots and shadows pass between processes."""
+    made = busy(own_ship={"speed_kn": 25, "course_deg": 70})
+    alone = samples(rs.Simulator(made, "fast", seed=7).blocks(scans=2))
+    assert samples(rs.Simulator(made, "fast", seed=7, threads=3).blocks(scans=2)) == alone
 
 
 def test_scans_and_spokes_have_the_same_samples() -> None:
@@ -90,22 +83,19 @@ def test_an_empty_scene_is_silent_and_noise_alone_is_noise() -> None:
     assert mean == pytest.approx(sim.noise_power, rel=5 * 1.3 / np.sqrt(90 * 401))  # 5 sigma; neighbours correlate
 
 
-@pytest.mark.parametrize("wrong", ["sharp", ""])
-def test_an_unknown_fidelity_is_refused_with_the_names(wrong: str) -> None:
-    with pytest.raises(ValueError, match=f'fidelity: "{wrong}" is not one of auto, documented, fast, balanced, reference'):
-        rs.Simulator(scene(), fidelity=wrong)
-
-
-def test_the_specification_as_printed_has_no_labels() -> None:
-    with pytest.raises(ValueError, match="choose another fidelity"):
-        rs.Simulator(busy(), fidelity="documented", labels=True)
-
-
-def test_a_negative_seed_and_an_empty_block_are_refused() -> None:
-    with pytest.raises(ValueError, match="seed: -1 is not allowed"):
-        rs.Simulator(scene(), seed=-1)
-    with pytest.raises(ValueError, match="size: 0 is not allowed"):
-        next(rs.Simulator(scene()).blocks(size=0))
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"threads": 0}, "threads: 0 is not allowed"),
+        ({"fidelity": "sharp"}, 'fidelity: "sharp" is not one of auto, documented, fast, balanced, reference'),
+        ({"fidelity": "documented", "labels": True}, "choose another fidelity"),
+        ({"seed": -1}, "seed: -1 is not allowed"),
+        ({}, "size: 0 is not allowed"),
+    ],
+)
+def test_what_is_not_allowed_is_refused(arguments: dict[str, Any], words: str) -> None:
+    with pytest.raises(ValueError, match=words):
+        next(rs.Simulator(scene(), **arguments).blocks(size=0))
 
 
 def test_a_skipped_scan_changes_nothing_but_which_scan_comes_next() -> None:
@@ -179,3 +169,71 @@ def test_powers_of_sources_of_the_last_scan_add_up_to_its_labels() -> None:
 def test_what_is_no_scene_is_refused_with_what_to_do(source: object) -> None:
     with pytest.raises(TypeError, match="is no Scene; load it first: Simulator\\(load_scene\\("):
         rs.Simulator(source)  # type: ignore[arg-type]
+
+
+STEERED: dict[str, Any] = {
+    "radar": {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6, "rpm": 60},
+    "own_ship": {"steerable": {"max_speed_kn": 40}},
+    "errors": {"gyro": {"bias_deg": 1.0}},
+}
+
+
+@pytest.fixture
+def steered() -> rs.Simulator:
+    return rs.Simulator(scene([point("p", 100, 200)], **STEERED), "fast")
+
+
+def test_blocks_follow_each_other_and_are_reported_with_errors(steered: rs.Simulator) -> None:
+    blocks = list(steered.blocks(2, 8))
+    assert [block.first for block in blocks] == list(range(0, 64, 8)) and "next is scan 2" in repr(steered)
+    assert all(block.true is not None for block in blocks)
+    assert np.degrees(blocks[0].heading - blocks[0].true.heading) == pytest.approx(np.full(8, 1.0))
+
+
+def test_a_command_cuts_the_blocks_where_it_acts(steered: rs.Simulator) -> None:
+    steered.command(spoke=5, speed_kn=10, course_deg=90)
+    blocks = list(steered.blocks(1, 8))
+    assert sum(len(block) for block in blocks) == 32 and 5 in [block.first for block in blocks]
+    speeds = np.concatenate([block.true.speed for block in blocks])
+    assert (speeds[:5] == 0).all() and (speeds[5:] > 5).all()
+    assert [block.commands for block in blocks] == [1] * len(blocks)
+    assert steered.reported(np.array([0, 4, 6])).speed == pytest.approx([0.0, 0.0, 10 * 1852 / 3600])
+
+
+def test_a_command_before_the_skip_is_followed_from_there(steered: rs.Simulator) -> None:
+    """Nothing is computed that nobody asked for: an engine that goes on for another one gets its last commands late."""
+    steered.skip_to(2)
+    blocks = steered.blocks(1, 8)
+    assert [next(blocks).first, next(blocks).first] == [64, 72]
+    steered.command(time=40 / 32, speed_kn=20, course_deg=90)
+    again = next(blocks)
+    assert again.first == 64 and again.speed[0] == pytest.approx(20 * 1852 / 3600)
+
+
+def test_a_request_acts_from_its_spoke_on_and_changes_no_byte(steered: rs.Simulator) -> None:
+    """The simulator goes back for labels, but not where they are no longer requested."""
+    whole = list(rs.Simulator(steered.scene, "fast", labels=True, powers="all").spokes(2))
+    blocks = steered.blocks(2, 8)
+    taken = [next(blocks), next(blocks)]
+    steered.request_sources(labels=True, spoke=12)
+    taken += [next(blocks), next(blocks)]
+    steered.request_sources(powers=(256,))
+    taken.append(next(blocks))
+    steered.request_sources()
+    taken += list(blocks)
+    spans = [(block.first, len(block), block.labels is not None, block.powers is not None) for block in taken]
+    assert spans[:6] == [(0, 8, False, False), (8, 8, False, False), (12, 8, True, False), (20, 8, True, False),
+                         (28, 4, False, True), (32, 8, False, False)]  # fmt: skip
+    assert [block.requests for block in taken[:6]] == [0, 0, 1, 1, 2, 3]
+    for spoke in (spoke for block in taken for spoke in block.spokes()):
+        expected = whole[spoke.number]
+        assert spoke.field.tobytes() == expected.field.tobytes() and spoke.heading == expected.heading
+        assert spoke.labels is None or spoke.labels.tobytes() == expected.labels.tobytes()
+        assert spoke.powers is None or spoke.powers[256].tobytes() == expected.powers[256].tobytes()
+
+
+def test_a_request_before_a_skip_adds_no_scan(steered: rs.Simulator) -> None:
+    list(steered.blocks(1, 32))
+    steered.request_sources(labels=True)
+    steered.skip_to(4)
+    assert [(block.scan, block.labels is not None) for block in steered.blocks(1, 32)] == [(4, True)]

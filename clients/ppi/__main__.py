@@ -11,11 +11,13 @@ import os
 import signal
 import sys
 from collections import deque
+from collections.abc import Iterator
 from typing import Any
 
 from tqdm import tqdm
 
-from radar_service.display.picture import render_png
+from radar_service.display.film import write_gif
+from radar_service.display.picture import Drawing, Page, render_image, render_png
 from radar_service.display.units import range_text
 from radar_service.scans.file import write_arrays
 from radar_service.terminal import write_file
@@ -23,7 +25,8 @@ from radar_service.terminal import write_file
 from . import live
 from .client import FeedClient
 from .errors import FeedError
-from .options import PROGRAM, options
+from .film import film
+from .options import FILM, PROGRAM, options
 from .scans import ReceivedScan, ScanCollector, arrays, brightness, collect_scans
 from .terminal_ppi import TerminalPpi
 
@@ -71,7 +74,7 @@ def _show_live(chosen: argparse.Namespace) -> str:
 def _receive_and_save(chosen: argparse.Namespace) -> str:
     """Receives scans and writes them; returns a summary."""
     client = _client(chosen, bins=chosen.bins, patience=chosen.timeout, notice=_print_notice, labels=chosen.labels)
-    collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz else 1))
+    collector = asyncio.run(_receive(client, chosen.scans, None if chosen.npz or chosen.kind == FILM else 1))
     _save(list(collector.scans), chosen)
     return _summary(client, collector, chosen)
 
@@ -96,20 +99,33 @@ async def _receive(client: FeedClient, scans: int, keep: int | None) -> ScanColl
 
 
 def _save(scans: list[ReceivedScan], chosen: argparse.Namespace) -> None:
-    if chosen.out:
-        write_file(chosen.out, _picture(scans[-1], chosen))
+    match chosen.kind:
+        case ".gif":
+            write_gif(chosen.out, _frames(scans, chosen), chosen.fps, chosen.palette)
+        case ".png":
+            ppi, heading = scans[-1].ppi, scans[-1].newest_heading
+            picture = brightness(scans[-1], chosen.dynamic_range_db)
+            drawing = _drawing(scans[-1], chosen) | Drawing(heading=heading, filled=ppi.filled)
+            write_file(chosen.out, render_png(picture, ppi.range_first, ppi.range_step, **drawing))
     if chosen.npz:
         write_arrays(chosen.npz, arrays(scans), compress=True)
 
 
-def _picture(scan: ReceivedScan, chosen: argparse.Namespace) -> bytes:
-    """The PNG of a scan."""
-    bright = brightness(scan, chosen.dynamic_range_db)
-    return render_png(
-        bright, scan.ppi.range_first, scan.ppi.range_step, range_max=chosen.range, size=chosen.size, head_up=chosen.head_up,
-        title=f"{scan.hello['scene']['name']}\n{scan.hello['radar']['name']}", palette=chosen.palette, unit=chosen.unit,
-        heading=scan.newest_heading, filled=scan.ppi.filled,
+def _drawing(scan: ReceivedScan, chosen: argparse.Namespace) -> Drawing:
+    title = f"{scan.hello['scene']['name']}\n{scan.hello['radar']['name']}"
+    return Drawing(
+        range_max=chosen.range, size=chosen.size, head_up=chosen.head_up, title=title, palette=chosen.palette,
+        unit=chosen.unit,
     )  # fmt: skip
+
+
+def _frames(scans: list[ReceivedScan], chosen: argparse.Namespace) -> Iterator[Page]:
+    """Draws the pictures of a film one by one."""
+    ppi, drawing = scans[0].ppi, _drawing(scans[0], chosen)
+    frames = film(scans, chosen.fps, chosen.dynamic_range_db)
+    for frame in tqdm(frames, unit="picture", disable=not sys.stderr.isatty(), leave=False):
+        details = drawing | Drawing(heading=frame.heading, filled=frame.filled)
+        yield render_image(frame.picture, ppi.range_first, ppi.range_step, **details)
 
 
 def _summary(client: FeedClient, collector: ScanCollector, chosen: argparse.Namespace) -> str:

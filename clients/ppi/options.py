@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 
 from radar_service import wire
+from radar_service.display.film import MAX_FPS
 from radar_service.display.palettes import DEFAULT_PALETTE, PALETTES
 from radar_service.display.picture import MAX_SIZE, MIN_SIZE
 from radar_service.display.units import add_unit
@@ -15,7 +16,8 @@ from radar_service.terminal import add_overwrite, add_whole_number, file_ending,
 from .client import TIMEOUT
 
 PROGRAM = "radar-ppi"
-PICTURE_SIZE = 900  # pixels
+PICTURE, FILM = ".png", ".gif"
+PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution in the film size is about 3 MB of GIF
 POSITIVE = partial(number_between, lower=0.0, upper=math.inf, allowed="a number above 0")
 
 
@@ -32,12 +34,15 @@ def options(arguments: list[str] | None) -> argparse.Namespace:
     except OSError as fault:
         p.error(f"{fault.filename}: {fault.strerror}")
     chosen.scans = chosen.scans or 1
+    chosen.kind = chosen.out.suffix.lower() if chosen.out else ""
+    chosen.size = chosen.size or (FILM_SIZE if chosen.kind == FILM else PICTURE_SIZE)
     return chosen
 
 
 def parser() -> argparse.ArgumentParser:
     """The command line."""
-    p = argparse.ArgumentParser(prog=PROGRAM, description="Receive a radar: write a picture or its data, or show it live.")
+    about = "Receive a radar: write a picture, a film or its data, or show it live."
+    p = argparse.ArgumentParser(prog=PROGRAM, description=about)
     p.add_argument("url", help="feed, for example ws://127.0.0.1:8000/api/radars/0/feed; ws://HOST:PORT means radar 0")
     _add_output(p)
     _add_picture(p)
@@ -47,16 +52,18 @@ def parser() -> argparse.ArgumentParser:
 
 def _add_output(p: argparse.ArgumentParser) -> None:
     add_whole_number(p, "--scans", None, 1, 100_000, metavar="N", help="revolutions to receive (default 1)")
-    picture, arrays = (partial(file_ending, suffix=suffix) for suffix in (".png", SUFFIX))
-    p.add_argument("--out", type=picture, metavar="FILE", help="x.png: a picture of the last of them")
+    shown = "x.png: a picture of the last of them; x.gif: a film of all of them"
+    p.add_argument("--out", type=_picture, metavar="FILE", help=shown)
+    arrays = partial(file_ending, suffix=SUFFIX)
     p.add_argument("--npz", type=arrays, metavar="FILE", help="x.npz: all of them as numpy arrays")
     add_overwrite(p)
     p.add_argument("--live", action="store_true", help="show the radar in this terminal; q ends it")
 
 
 def _add_picture(p: argparse.ArgumentParser) -> None:
-    width = f"width of the picture (default {PICTURE_SIZE})"
-    add_whole_number(p, "--size", PICTURE_SIZE, MIN_SIZE, MAX_SIZE, metavar="PIXELS", help=width)
+    width = f"width of the picture (default {PICTURE_SIZE}; of a film {FILM_SIZE})"
+    add_whole_number(p, "--size", None, MIN_SIZE, MAX_SIZE, metavar="PIXELS", help=width)
+    add_whole_number(p, "--fps", 10, 1, MAX_FPS, help="pictures per second of a film (default 10)")
     p.add_argument("--range", type=POSITIVE, metavar="M", help="radius of the picture (default: the whole range)")
     add_unit(p, "the picture")
     p.add_argument("--head-up", action="store_true", help="put the bow at the top (default: north)")
@@ -110,3 +117,11 @@ def _first_line(text: str) -> str:
         return (Path(text).read_text().splitlines() or [""])[0].strip()
     except (OSError, ValueError) as fault:
         raise argparse.ArgumentTypeError(f"{text}: cannot be read ({fault})") from None
+
+
+def _picture(text: str) -> Path:
+    path = Path(text)
+    if path.suffix.lower() not in (PICTURE, FILM):
+        allowed = "a picture is .png, a film .gif (arrays are written by --npz); give one of these endings"
+        raise argparse.ArgumentTypeError(f"{text}: {allowed}")
+    return path

@@ -195,6 +195,13 @@ def power_from_samples(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArr
     return watts
 
 
+def power(ppi: Ppi, encoding: dict[str, Any]) -> NDArray[np.float32]:
+    """Returns the power [W] (A, N) of a picture, 0 without a spoke. Raises ValueError for u8."""
+    watts = power_from_samples(ppi.polar, encoding)
+    watts[~ppi.filled] = 0.0  # an empty row of f16 would mean 0 dBW
+    return watts
+
+
 def brightness(scan: ReceivedScan, dynamic_range_db: float = 60.0) -> NDArray[np.uint8]:
     """Returns the brightness (A, N) of a scan, 0 to 255; see `bright_cells`."""
     return bright_cells(scan.ppi, scan.hello["encoding"], dynamic_range_db)
@@ -207,9 +214,7 @@ def bright_cells(ppi: Ppi, encoding: dict[str, Any], dynamic_range_db: float = 6
     """
     if encoding["name"] == "u8":
         return ppi.polar
-    power = power_from_samples(ppi.polar, encoding)
-    power[~ppi.filled] = 0.0  # an empty row of f16 would mean 0 dBW
-    return picture_from_power(power, dynamic_range_db)
+    return picture_from_power(power(ppi, encoding), dynamic_range_db)
 
 
 def arrays(scans: Sequence[ReceivedScan]) -> dict[str, Any]:

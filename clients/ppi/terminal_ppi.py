@@ -12,10 +12,10 @@ from radar_service.display.ppi import Ppi, scan_convert
 from radar_service.display.units import DEFAULT_UNIT, Unit, range_text, ring_step
 from radar_service.wire import SpokeRows
 
+from .film import faded
 from .scans import bright_cells, empty_ppi
 
 Bytes = NDArray[np.uint8]
-AFTERGLOW = 0.6  # brightness left after one revolution: the beam's position shows, and old echoes stay readable
 
 
 class TerminalPpi:
@@ -67,10 +67,10 @@ class TerminalPpi:
         up = round(math.degrees(self.heading)) * math.pi / 180.0 if self._head_up else 0.0  # whole degrees: few index maps
         radius = self._radius(self.ppi)
         mode = "peak" if 2.0 * radius / size > self.ppi.range_step else "bilinear"
-        age = np.maximum(self.ppi.age, 0) / len(self.ppi.number)  # revolutions, up to 1
-        factor = (1.0 - (1.0 - AFTERGLOW) * age).astype(np.float32)
-        cells = bright_cells(self.ppi, self.hello["encoding"], self._dynamic_range_db)
-        bright: Bytes = np.rint(cells * factor[:, None]).astype(np.uint8)
+        bright = faded(
+            bright_cells(self.ppi, self.hello["encoding"], self._dynamic_range_db),
+            np.maximum(self.ppi.age, 0) / len(self.ppi.number),
+        )
         shown = scan_convert(bright, self.ppi.range_first, self.ppi.range_step, size, radius, up, mode)  # type: ignore[arg-type]
         image = self._colours[np.rint(shown).astype(np.uint8)]
         self._annotate(image, radius, up)

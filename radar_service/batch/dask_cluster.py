@@ -6,13 +6,12 @@ anything begins.
 
 import contextlib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
 from typing import Any, cast
 
 from radar_service.batch.jobs import Executor
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.terminal import UsageError, extra
 
 CONNECT_SECONDS = 10.0  # until a scheduler that does not answer counts as absent
@@ -24,18 +23,9 @@ class ClusterError(UsageError):
     """A cluster that cannot be used. The text names it and the remedy."""
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """Workers of a scheduler. arithmetic: of all of them; workers: how many there are at the start."""
-
-    executor: Executor
-    arithmetic: str
-    workers: int
-
-
 @contextlib.contextmanager
-def cluster(address: str) -> Iterator[Cluster]:
-    """Connects to a scheduler, as tcp://host:8786, while the `with` block lasts.
+def cluster(address: str) -> Iterator[tuple[Executor, str]]:
+    """Connects to a scheduler, as tcp://host:8786, while the `with` block lasts; yields its workers and their arithmetic.
 
     Raises ClusterError for a scheduler that does not answer, other versions, no workers, and workers without this package, in
     another version or of different arithmetics; MissingExtra where distributed is not installed.
@@ -43,9 +33,7 @@ def cluster(address: str) -> Iterator[Cluster]:
     with _client(address) as client:
         check_versions(address, client.get_versions(check=False))
         facts = common_facts(address, client.run(worker_facts, on_error="return"))
-        yield Cluster(
-            client.get_executor(pure=False), facts["arithmetic"], len(client.scheduler_info(n_workers=-1)["workers"])
-        )
+        yield client.get_executor(pure=False), facts["arithmetic"]
 
 
 @contextlib.contextmanager

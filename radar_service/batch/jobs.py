@@ -14,7 +14,7 @@ from queue import SimpleQueue
 from typing import Any, Protocol
 
 from radar_service.numerics import BLAS_LIMIT
-from radar_service.terminal import make_folder, write_file
+from radar_service.terminal import UsageError, make_folder, write_file
 
 GIVE_UP = 3  # failures before the first success after which nothing else is tried
 IN_FLIGHT = 1000  # jobs that an executor has at a time: a sweep may have a million
@@ -53,11 +53,9 @@ class Outcome:
 class JobsFailed(Exception):
     """Jobs failed. The text says how many, and what the first one said; its error is the cause."""
 
-    @property
-    def is_fault(self) -> bool:
-        """Whether the first error is Python's own, as a KeyError is: its text explains nothing, and its traceback is needed."""
-        error = self.__cause__
-        return type(error).__module__ == "builtins" and not isinstance(error, OSError | ImportError)
+
+class JobsRefused(JobsFailed, UsageError):
+    """Jobs failed, and the first error is none of Python's own, as a KeyError is, whose traceback alone explains it."""
 
 
 class JobLost(Exception):
@@ -88,7 +86,8 @@ def run(
     if failed:
         first, done = failed[0], sum(result is not None for result in results.values())
         many = "" if len(jobs) == 1 else f"{len(failed)} failed and {done} of {len(jobs)} are done; {first.job.name}: "
-        raise JobsFailed(f"{many}{first.error}") from first.error
+        is_fault = type(first.error).__module__ == "builtins" and not isinstance(first.error, OSError | ImportError)
+        raise (JobsFailed if is_fault else JobsRefused)(f"{many}{first.error}") from first.error
     return [results[job.name] for job in jobs]
 
 

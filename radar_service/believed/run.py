@@ -47,8 +47,7 @@ class Figure:
     @classmethod
     def near(cls, what: str, computed: float, published: float, share: float, unit: str = "") -> "Figure":
         """Returns a figure that may differ by a share of what was published."""
-        half = abs(published) * share
-        return cls(what, computed, published - half, published + half, unit)
+        return cls.within(what, computed, published, abs(published) * share, unit)
 
     @classmethod
     def within(cls, what: str, computed: float, published: float, half: float, unit: str = "") -> "Figure":

@@ -4,7 +4,6 @@ import math
 from functools import partial
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from radar_service.believed.run import BARE, NM, SETS, Figure, Measurement, Run, Table, X, db, placed, reaching, ring
 from radar_service.numerics import SPEED_OF_LIGHT, Floats
@@ -151,6 +150,8 @@ def sart_profile(run: Run, pulse: float) -> tuple[Floats, Floats]:
 
 def slow_dots(distance: Floats, power: Floats) -> Floats:
     """Returns the ranges (D,) [m] of the dots of the slow sweeps: the stronger ones, 500 m apart at least."""
+    from scipy.signal import find_peaks  # here: it takes half a second
+
     gap = round(500.0 / float(distance[1] - distance[0]))
     peaks, _ = find_peaks(power, height=0.5 * power.max(), distance=gap)
     return np.asarray(distance[peaks])

@@ -6,6 +6,7 @@ import random
 import shlex
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import asdict
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -35,7 +36,7 @@ from radar_service.bench.trackers.json_lines import LineTracker, TrackerError
 from radar_service.bench.trackers.process_tracker import end_waiting
 from radar_service.bench.trackers.trackers import is_program, tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.plan.plan import plan_for
 from radar_service.scene_file.load import load_scene
 from radar_service.simulation.engine_set_up import chosen_fidelity
@@ -100,12 +101,12 @@ def runs_of(
     counts = Counter() if counts is None else counts
     scenarios = sorted(scenarios, key=lambda scenario: scenario.name not in costly)
     numbers = {each.name: range(first, -(-seeds // FEWER) if each.name in costly else seeds) for each in scenarios}
-    jobs = [
-        job for each in scenarios for job in jobs_of([each], numbers[each.name], tracker, plots_folder(folder, plots), blind)
-    ]
-    kept = KeptRuns(folder / "runs", [scenario.name for scenario in scenarios] if first else ())
-    order = random.sample(range(len(jobs)), len(jobs)) if blind else range(len(jobs))
-    together = [*_together(jobs, kept)]
+    shared = plots_folder(folder, plots)
+    jobs = {each.name: jobs_of([each], numbers[each.name], tracker, shared, blind) for each in scenarios}
+    kept = KeptRuns(folder / "runs", [*jobs] if first else ())
+    order = [job for some in jobs.values() for job in some]
+    together = [*_together(order, kept)]
+    order = random.sample(order, len(order)) if blind else order
 
     def watched(outcomes: Iterable[Outcome], count: int) -> Iterator[Outcome]:
         if count and not counts:  # before the first run that is made
@@ -117,11 +118,11 @@ def runs_of(
         pass  # a run without plots makes its own, or tells why there are none
 
     try:
-        answers = run_jobs(run, [jobs[place] for place in order], executor, kept, watched)
+        results = run_jobs(run, order, executor, kept, watched)
     finally:
         end_waiting()
-    results = iter([result for _, result in sorted(zip(order, answers, strict=True), key=lambda each: each[0])])
-    return {name: [next(results) for _ in some] for name, some in numbers.items()}
+    result_of = dict(zip([job.name for job in order], results, strict=True))
+    return {name: [result_of[job.name] for job in some] for name, some in jobs.items()}
 
 
 def _together(jobs: Iterable[Job], kept: ResultFolder) -> Iterator[Job]:
@@ -271,7 +272,7 @@ def _summary(scenario: Scenario, runs: Sequence[Mapping[str, Any]], smoke: bool,
         "metrics": {name: _of(np.mean, some) for name, some in values.items()},
         "standard_error": {name: _of(sem, some, 2) for name, some in values.items()},
         "percentile_95": {name: _of(partial(np.percentile, q=95.0), some) for name, some in values.items()},
-        "verdicts": [each.as_dict() for each in _verdicts(scenario, runs, smoke, looks)],
+        "verdicts": [*map(asdict, _verdicts(scenario, runs, smoke, looks))],
     }  # fmt: skip
 
 

@@ -15,8 +15,7 @@ from radar_service.engine.preparation import Prepared
 from radar_service.numerics import BLAS_LIMIT, Floats, Indices, wrap_angle
 from radar_service.plots import Detections, KnownThreshold, PlotExtractor, ScanPlots, Threshold
 from radar_service.propagation import received_amplitude
-from radar_service.receive import square_law
-from radar_service.records import Readings
+from radar_service.records import Readings, square_law
 from radar_service.simulation.engine_set_up import pipeline_set_up
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_in

@@ -21,12 +21,11 @@ from radar_service.bench.scenario import Scenario
 from radar_service.bench.scores.scan_result import ScanResult, Surroundings, TargetTruth
 from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.engine.preparation import Prepared
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.plots import flood_remark
 from radar_service.simulator import Simulator
 from radar_service.strict_json import tupled
-from radar_service.terminal import make_folder, write_file
-from radar_service.terminal.progress import progress
+from radar_service.terminal import make_folder, progress, write_file
 
 SCHEMA = 3
 PACKAGE = Path(__file__).parents[1]

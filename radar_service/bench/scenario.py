@@ -14,7 +14,7 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_valida
 from radar_service.numerics import BIASES, SCENARIO, generator, name_key
 from radar_service.scene_file.document import packaged_folder
 from radar_service.scene_file.error_tables import drawn_biases
-from radar_service.terminal import did_you_mean
+from radar_service.terminal import UsageError, did_you_mean
 
 SUFFIX = ".toml"
 SCENE_KEYS = {"radar", "body", "own_ship", "environment", "origin", "bench"}  # of a scene file, and of no scenario file
@@ -24,7 +24,7 @@ AMONG_OTHERS = OF_SHIPS | {"threshold": "ca", "pfa": 1e-6, "guard_m": 150.0, "wi
 MOTION = {"speed_kn", "waypoints", "track", "manoeuvre"}  # keys of bodies that move
 
 
-class ScenarioError(Exception):
+class ScenarioError(UsageError):
     """A scenario that cannot be used. Its text names the file, the key and the remedy."""
 
 

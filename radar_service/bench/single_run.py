@@ -22,9 +22,9 @@ from radar_service.bench.trackers.json_lines import WORDS, LineTracker, TrackerE
 from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState, begin_run
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.video import Video, VideoError, program_on_video, video_of
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.scene_file.load import load_scene
-from radar_service.terminal.progress import progress
+from radar_service.terminal import progress
 
 SCHEMA = 5
 UNIFORM, BEAM_SPLIT = 12.0**0.5, 15.0  # of an error of one cell at most; a centroid splits a beam so far even in clutter

@@ -3,8 +3,7 @@
 import argparse
 from pathlib import Path
 
-from radar_service.terminal import UsageError, make_folder, write_file
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, make_folder, progress, write_file
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -19,8 +18,7 @@ def run(options: argparse.Namespace) -> int:
 
     Raises UsageError, MissingExtra, SceneError and OSError.
     """
-    from radar_service.believed.published import TableError
-    from radar_service.believed.verdicts import PAGE, chosen_rows, measured, page, row_text, write_picture
+    from radar_service.believed.verdicts import PAGE, TableError, chosen_rows, measured, page, row_text, write_picture
 
     try:
         rows = chosen_rows(options.rows)

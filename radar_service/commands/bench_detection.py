@@ -6,17 +6,15 @@ from pathlib import Path
 
 import numpy as np
 
-from radar_service.batch.jobs import JobsFailed
-from radar_service.bench import Scenario, ScenarioError, load_scenario
+from radar_service.bench import Scenario, load_scenario
 from radar_service.bench.detection.clutter import BANDS, ClutterCase, clutter_study, clutter_summary
 from radar_service.bench.detection.report import criterion, summary, write_detection
 from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import CLUTTER
-from radar_service.commands.shared_options import add_jobs, executor_of
+from radar_service.commands.shared_options import add_jobs, workers_of
 from radar_service.numerics import NAUTICAL_MILE
 from radar_service.scene_file.load import load_scene
-from radar_service.terminal import UsageError, add_whole_number, make_folder
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 NEAREST = 0.25  # NM
 
@@ -46,29 +44,20 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Runs the command, with a progress bar on a terminal; returns the exit status: 1 where detection is not as predicted.
 
-    Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
+    Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program.
     """
-    try:
-        return _detection(options)
-    except (ScenarioError, JobsFailed) as error:
-        if isinstance(error, JobsFailed) and error.is_fault:
-            raise
-        raise UsageError(str(error)) from None
-
-
-def _detection(options: argparse.Namespace) -> int:
     scenario = load_scenario(options.scenario)
     make_folder(options.out)  # refused now, not after the study
     shown = partial(progress, unit="parts", name=lambda part: part.job.name)
     air = scenario.scene.get("environment", {})
     if options.sea_state or options.rain_mm_h or any(map(air.get, CLUTTER)):
         cases = _cases(options, scenario)
-        with executor_of(options) as executor:
+        with workers_of(options) as (executor, _):
             study = clutter_study(scenario, cases, options.scans, executor, shown, options.seed)
         write_detection(study, options.out)
         print(f"{clutter_summary(study)}{options.out / 'detection.html'}")
         return 0
-    with executor_of(options) as executor:
+    with workers_of(options) as (executor, _):
         study = detection_study(scenario, options.scans, options.ranges, executor, shown, options.seed)
     write_detection(study, options.out)
     print(f"{criterion(study)}\n{summary(study)}{options.out / 'detection.html'}")

@@ -5,17 +5,13 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed
-from radar_service.bench import ScenarioError
 from radar_service.bench.ladder.climb import REFERENCE, climb, names_of
 from radar_service.bench.ladder.ranking import seeds_needed
 from radar_service.bench.ladder.report import text_of, write_ladders
 from radar_service.bench.ladder.series import ladders, load_ladder
-from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in
-from radar_service.commands.shared_options import add_jobs, executor_of
-from radar_service.terminal import UsageError, add_whole_number
-from radar_service.terminal.progress import progress
+from radar_service.commands.shared_options import add_jobs, workers_of
+from radar_service.terminal import UsageError, add_whole_number, progress
 
 SEEDS = 20
 
@@ -43,15 +39,6 @@ def run(options: argparse.Namespace) -> int:
 
     Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
     """
-    try:
-        return _ladders(options)
-    except (ScenarioError, TrackerError, JobsFailed, ImportError) as error:
-        if isinstance(error, JobsFailed) and error.is_fault:
-            raise
-        raise UsageError(str(error)) from None
-
-
-def _ladders(options: argparse.Namespace) -> int:
     if options.list:
         for name in ladders():
             print(f"{name}: {load_ladder(name).question}")
@@ -64,7 +51,7 @@ def _ladders(options: argparse.Namespace) -> int:
     if options.seeds < (needed := seeds_needed(others)):
         print(f"too few seeds: {needed} are needed to tell {others + 1} trackers apart", file=sys.stderr, flush=True)
     blind = not options.open and not all(map(is_built_in, trackers))
-    with executor_of(options) as executor:
+    with workers_of(options) as (executor, _):
         report = climb(loaded, options.seeds, trackers, options.out, executor, shown, options.plots, options.names, blind)
     write_ladders(report, options.out)
     print(f"{text_of(report)}{options.out / 'report.html'}")

@@ -9,8 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from radar_service.batch.jobs import JobsFailed
-from radar_service.bench import Scenario, ScenarioError, load_scenario, scenarios
+from radar_service.bench import Scenario, load_scenario, scenarios
 from radar_service.bench.bench import Runs, bench, plots_folder
 from radar_service.bench.bench import report as report_of
 from radar_service.bench.diagnosis import drawn_run, failed_runs, scans_of_interest
@@ -20,14 +19,12 @@ from radar_service.bench.run import simulator_of
 from radar_service.bench.scenario import PROFILES, load_scenarios, with_profile, with_video
 from radar_service.bench.scores.verdicts import LOOKS, MISSES, RUNS, SHARE, SMOKE_RUNS, boundaries, chance_to_pass
 from radar_service.bench.single_run import single_run
-from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_built_in, is_program
 from radar_service.bench.video import program_on_video
 from radar_service.commands.record import RADAR, record_scans
-from radar_service.commands.shared_options import add_jobs, executor_of
+from radar_service.commands.shared_options import add_jobs, workers_of
 from radar_service.processes.stop_signals import TERMINATED, ended_by_signals
-from radar_service.terminal import UsageError, add_whole_number, make_folder
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 UNDECIDED = 3  # exit status
 RECORDED = 3  # failed runs of a scenario
@@ -38,7 +35,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("scenarios", nargs="*", metavar="SCENARIO", help="names (see --list), or .toml files")
     parser.add_argument("--list", action="store_true", help="list the scenarios")
     add_whole_number(parser, "--seeds", SMOKE_RUNS, 1, 100_000, metavar="N", help=f"default 3; {RUNS} decide")
-    add_whole_number(parser, "--seed", None, 0, 2**53, metavar="SEED", help="only one, of an earlier report; an open run")
+    add_whole_number(
+        parser, "--seed", None, 0, 2**53, metavar="SEED", help="only this one, open: without --seeds, --salt and --jobs"
+    )
     parser.add_argument("--fixed", action="store_true", help="make all runs before the verdicts, in place of looks")
     parser.add_argument("--smoke", action="store_true", help="only gross misses fail; a third of them in clutter")
     parser.add_argument("--open", action="store_true", help="tell a program scenario and seed, which then are 0 to N - 1")
@@ -72,13 +71,8 @@ def run(options: argparse.Namespace) -> int:
 
     Raises UsageError, SceneError and OSError, and JobsFailed for a fault of the program or of the tracker.
     """
-    try:
-        with ended_by_signals([signal.SIGTERM], TERMINATED):
-            return _bench(options)
-    except (ScenarioError, TrackerError, JobsFailed, ImportError) as error:
-        if isinstance(error, JobsFailed) and error.is_fault:
-            raise
-        raise UsageError(str(error)) from None
+    with ended_by_signals([signal.SIGTERM], TERMINATED):
+        return _bench(options)
 
 
 def _bench(options: argparse.Namespace) -> int:
@@ -90,9 +84,9 @@ def _bench(options: argparse.Namespace) -> int:
         print(comparison(*(json.loads(path.read_text(encoding="utf-8")) for path in options.compare)), end="")
         return 0
     if not options.scenarios or options.out is None:
-        raise TrackerError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
+        raise UsageError("SCENARIO and -o: name at least one scenario and a folder, or give --list")
     if options.record:
-        from radar_service.recording import recording_file  # noqa: F401  # an extra that is missing is told first
+        from radar_service.recording.recording_file import RecordingFile  # noqa: F401  # an extra that is missing is told first
     shown = partial(progress, unit="runs", name=lambda run: run.job.name)
     loaded = load_scenarios(options.scenarios)
     if options.profile:
@@ -118,7 +112,7 @@ def _bench(options: argparse.Namespace) -> int:
         report = report_of({each.name: each for each in loaded}, runs, options.tracker, options.smoke)
         report["sheet"]["again"] += f" --seed {options.seed}"
     else:
-        with executor_of(options) as executor:
+        with workers_of(options) as (executor, _):
             report, runs = bench(
                 loaded, options.seeds, options.tracker, options.out, executor, shown, options.plots, options.smoke,
                 bool(options.salt) or not (options.open or is_built_in(options.tracker)), options.salt, looks,

@@ -1,12 +1,12 @@
 """The command `chart`: measures speed and accuracy of every method on a scene."""
 
 import argparse
+from functools import partial
 from pathlib import Path
 
-from radar_service.batch.jobs import JobsFailed
-from radar_service.commands.shared_options import add_scene, add_scheduler, executor_of
+from radar_service.commands.shared_options import add_scene, add_scheduler, workers_of
 from radar_service.scene_file.load import load_scene
-from radar_service.terminal import UsageError, add_whole_number, make_folder
+from radar_service.terminal import add_whole_number, make_folder, progress
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,14 +27,10 @@ def run(options: argparse.Namespace) -> int:
     from radar_service.study.chart.figure import summary_text
 
     make_folder(options.out)
+    shown = partial(progress, unit="panels", name=lambda outcome: outcome.job.name)
     effort, scene = chart.QUICK if options.quick else chart.FULL, load_scene(options.scene)
-    try:
-        with executor_of(options) as executor:
-            measured = chart.measure(scene, options.seed, effort, progress=True, executor=executor)
-    except JobsFailed as error:
-        if error.is_fault:
-            raise
-        raise UsageError(str(error)) from None
+    with workers_of(options) as (executor, _):
+        measured = chart.measure(scene, options.seed, effort, executor, shown)
     data = chart.write_chart(measured, options.out)
     print(summary_text(data["summary"]), end="")
     return 0

@@ -19,9 +19,9 @@ from radar_service.terminal import (
     file_ending,
     number_between,
     prepare,
+    progress,
     write_file,
 )
-from radar_service.terminal.progress import progress
 from radar_service.trace import LandMask
 from radar_service.world import Scene
 

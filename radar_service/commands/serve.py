@@ -95,11 +95,11 @@ def serve(options: argparse.Namespace, make_simulator: "MakeSimulator", open_por
         for close in (partial(_close, scenes), fork_server.close, start.close):  # the last one comes first
             on_end.callback(close)
         fork_server.start()
-        from radar_service.service.radio.prefetch import SpokeSourceFault
         from radar_service.service.radio.scene_process import (
             SceneProcessMaker,  # here and below: meanwhile the other process starts
         )
         from radar_service.service.scene_request import SceneRequest
+        from radar_service.spoke_source import SpokeSourceFault
 
         make = SceneProcessMaker(fork_server, make_simulator)
         scene_requests = [

@@ -54,7 +54,7 @@ def add_scene(parser: argparse.ArgumentParser) -> None:
 
 
 def add_jobs(parser: argparse.ArgumentParser) -> None:
-    """Adds where jobs are done: processes of this machine, or a cluster; see `executor_of`."""
+    """Adds where jobs are done: processes of this machine, or a cluster; see `workers_of`."""
     jobs = max(1, (os.cpu_count() or 2) - 1)
     where = parser.add_mutually_exclusive_group()
     add_whole_number(where, "--jobs", jobs, 1, 256, metavar="N", help="processes at once (default: all cores but one)")
@@ -71,20 +71,22 @@ def add_scheduler(to: "argparse._ActionsContainer") -> None:
 
 
 @contextlib.contextmanager
-def executor_of(options: argparse.Namespace) -> Iterator["Executor | None"]:
-    """What does the jobs of a command: processes of this machine, or the workers of a scheduler; None for this process.
+def workers_of(options: argparse.Namespace, memory: int | None = None) -> Iterator[tuple["Executor | None", str]]:
+    """What does the jobs of a command, processes of this machine or workers of a scheduler, None for this process; and its
+    arithmetic. memory: of each process here, as `processes` takes it.
 
     Raises UsageError and MissingExtra for a cluster that cannot be used.
     """
     from radar_service.batch.dask_cluster import cluster  # here: the service, whose options stand here too, starts without
     from radar_service.batch.worker_processes import processes
+    from radar_service.numerics import arithmetic
 
     if options.scheduler:
         with cluster(options.scheduler) as workers:
-            yield workers.executor
+            yield workers
     else:
-        with processes(getattr(options, "jobs", 1)) as executor:
-            yield executor
+        with processes(getattr(options, "jobs", 1), memory) as executor:
+            yield executor, arithmetic()
 
 
 def service_groups(parser: argparse.ArgumentParser) -> dict[str, "argparse._ArgumentGroup"]:

@@ -1,17 +1,11 @@
 """The command `sweep`: computes scenes, parameters and seeds into one Zarr store."""
 
 import argparse
-import contextlib
 import os
-from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
 
-from radar_service.batch.dask_cluster import cluster
-from radar_service.batch.jobs import Executor
-from radar_service.batch.worker_processes import processes
-from radar_service.commands.shared_options import add_jobs
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.commands.shared_options import add_jobs, workers_of
 from radar_service.processes.limits import default_memory
 from radar_service.sweep.estimate import estimate
 from radar_service.sweep.inputs import inputs_of
@@ -19,8 +13,7 @@ from radar_service.sweep.layout import layout_of
 from radar_service.sweep.spec import json_schema as json_schema  # of `schema sweep`
 from radar_service.sweep.store import SweepStore, library
 from radar_service.sweep.sweep import Tally, run_sweep
-from radar_service.terminal import UsageError, add_whole_number, make_folder
-from radar_service.terminal.progress import progress
+from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 SHOWN = 5  # failed runs whose reason is printed; the store has all
 
@@ -53,7 +46,7 @@ def run(options: argparse.Namespace) -> int:
         make_folder(Path(options.out).parent)
     tally = Tally()
     shown = partial(progress, unit="runs", name=lambda outcome: outcome.job.name, remark=lambda: str(tally))
-    with _workers(options) as (executor, of_workers):
+    with workers_of(options, 2 * default_memory() // options.jobs) as (executor, of_workers):
         run_sweep(inputs, layout, options.out, of_workers, executor, options.max_failures, shown, tally)
     left = len(inputs.runs) - tally.kept - tally.done - len(tally.failed)
     print(
@@ -65,17 +58,6 @@ def run(options: argparse.Namespace) -> int:
     for number, reason in [*tally.failed.items()][:SHOWN]:
         print(f"run {number}: {reason}")
     return 1 if tally.failed else 0
-
-
-@contextlib.contextmanager
-def _workers(options: argparse.Namespace) -> Iterator[tuple[Executor | None, str]]:
-    """Yields the executor and the arithmetic of its workers."""
-    if options.scheduler:
-        with cluster(options.scheduler) as workers:
-            yield workers.executor, workers.arithmetic
-    else:
-        with processes(options.jobs, 2 * default_memory() // options.jobs) as executor:
-            yield executor, arithmetic()
 
 
 def _store(text: str) -> str:

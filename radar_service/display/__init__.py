@@ -1,1 +1,1 @@
-"""What a display shows: video, scan conversion, pictures."""
+"""What a display shows: video, scan conversion, pictures, films."""

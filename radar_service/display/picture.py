@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from io import BytesIO
 from math import cos, sin
-from typing import Any
+from typing import Any, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from radar_service.numerics import Flags
 Bytes = NDArray[np.uint8]
 Colour = tuple[int, int, int]
 Draw = ImageDraw.ImageDraw
+Page = Image.Image  # a drawn picture
 
 SEA: Colour = (4, 18, 29)  # of the default palette
 UNSEEN: Colour = (38, 38, 42)  # grey: no spoke yet, which differs from no echo
@@ -46,7 +47,28 @@ def picture_from_power(power: NDArray[np.floating[Any]], dynamic_range_db: float
     return bright
 
 
-def render_png(
+class Drawing(TypedDict, total=False):
+    """Options of a picture; `render_image` explains them."""
+
+    range_max: float | None
+    size: int
+    heading: float | None
+    head_up: bool
+    title: str
+    filled: Flags | None
+    interpolation: Interpolation | None
+    palette: str
+    unit: Unit
+
+
+def render_png(picture: Bytes, range_first: float, range_step: float, **drawing: Unpack[Drawing]) -> bytes:
+    """The PNG of the image from `render_image`; same arguments."""
+    out = BytesIO()
+    render_image(picture, range_first, range_step, **drawing).save(out, "PNG", compress_level=4)
+    return out.getvalue()
+
+
+def render_image(
     picture: Bytes,
     range_first: float,
     range_step: float,
@@ -57,14 +79,16 @@ def render_png(
     head_up: bool = False,
     title: str = "",
     filled: Flags | None = None,
+    interpolation: Interpolation | None = None,
     palette: str = DEFAULT_PALETTE,
     unit: Unit = DEFAULT_UNIT,
-) -> bytes:
-    """Returns the PNG of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
+) -> Page:
+    """An image of size x size pixels of a polar picture (A, N) of brightness 0 to 255, with samples as in `scan_convert`.
 
     range_max: the radius [m], default the far edge of the last cell. heading: of the heading line [rad], None or NaN for no
-    line; head_up: turns it to the top. filled: (A,) rows that have a spoke; the others are grey. palette: a name of
-    `palettes.PALETTES`. unit: of ranges and rings. Where pixels are larger than range cells, each shows its strongest cell.
+    line; head_up: turns it to the top. filled: (A,) rows that have a spoke; the others are grey. interpolation: default `peak`
+    where pixels are larger than range cells, so that each target is drawn, else `bilinear`. palette: a name of
+    `palettes.PALETTES`. unit: of ranges and rings.
     Raises ValueError for a picture that is not bytes, for a size outside 64 to 4096, and for head_up without a heading.
     """
     if picture.dtype != np.uint8:
@@ -77,7 +101,7 @@ def render_png(
     radius = range_max if range_max is not None else range_first + (picture.shape[1] - 0.5) * range_step
     up = float(heading) if head_up and heading is not None else 0.0
     dial = _Dial(size, up)
-    mode: Interpolation = "peak" if 2.0 * radius / dial.width > range_step else "bilinear"
+    mode = interpolation or ("peak" if 2.0 * radius / dial.width > range_step else "bilinear")
     bright = scan_convert(picture, range_first, range_step, dial.width, radius, up, mode)
     disc = colour_map(palette)[np.rint(bright).astype(np.uint8)]
     if filled is not None and not filled.all():
@@ -87,9 +111,7 @@ def render_png(
     image = dial.overlay(image, lambda draw: _lines(draw, dial, radius, heading, unit))
     orientation = "head up" if head_up else "north up"
     _labels(ImageDraw.Draw(image), dial, radius, heading, [title, orientation], unit)
-    out = BytesIO()
-    image.save(out, "PNG", compress_level=4)
-    return out.getvalue()
+    return image
 
 
 RING_LABELS = np.radians(285.0)  # bearing of the labels of the rings, clockwise from the top of the page

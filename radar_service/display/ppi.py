@@ -6,13 +6,15 @@ has the range range_first + n x range_step, in the middle of its cell.
 """
 
 from functools import lru_cache
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import csr_array
 
 from radar_service.numerics import Flags, Floats, Indices, Singles
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
 
 Reals = NDArray[np.floating[Any]] | float
 Integers = NDArray[np.integer[Any]] | list[int] | int
@@ -170,6 +172,8 @@ def _group_maxima(polar: NDArray[Any], geometry: _Geometry, group: int) -> tuple
 @lru_cache(maxsize=4)
 def _weights(geometry: _Geometry) -> "csr_array[np.float32]":
     """The sparse matrix (size^2, azimuths x bins) image_from_polar of bilinear interpolation."""
+    from scipy.sparse import csr_array  # here: scans without a picture have no use for it
+
     azimuths, bins, first, step, size, _, top, data_end = geometry
     offset = (np.arange(size) + 0.5 - size / 2.0) * geometry.pixel
     x, y = offset[None, :], 0.0 - offset[:, None]  # so that the middle is +0, whose bearing is 0

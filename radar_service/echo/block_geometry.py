@@ -57,11 +57,6 @@ class BlockGeometry(NamedTuple):
     rough: Flags
     moves: Flags
 
-    @property
-    def has_each_azimuth(self) -> bool:
-        """Whether there are poses at each azimuth."""
-        return len(self.poses.position) == len(self.antenna)
-
     def positions(self, observed: ObservedEchoes, which: Indices, instants: Sequence[int]) -> list[Floats]:
         """Positions (E, 3) of echoes `which` relative to the antenna, along the map's axes [m], at some instants of the block."""
         poses, count, body = self.poses, len(self.moves), observed.echoes.body

@@ -69,10 +69,6 @@ class LandPassages:
         self._sea_slant = 2.0 * scene.radar.height if scene.environment.multipath else 0.0  # see `_phase_change`
         self._earth_radius = effective_earth_radius(scene.environment.earth_factor)
 
-    def is_regular(self, first: float, last: float) -> bool:
-        """Whether pieces hold from one azimuth number to another: own ship meets no corner."""
-        return self.track.is_smooth(first, last)
-
     def way_at(self, number: float) -> float:
         """How far the antenna moves over the ground while boresight turns by 1 rad [m], as fast as at an azimuth number."""
         before, after = self.track.antenna(np.array([number - 0.5, number + 0.5]))[:, :2]

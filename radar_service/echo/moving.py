@@ -25,9 +25,16 @@ from radar_service.echo.range_history import (
 from radar_service.echo.sea_paths import Paths, SeaHistory, sea_paths
 from radar_service.echo.visibility import Visibility, VisibilitySnapshot
 from radar_service.numerics import Flags, Floats, Indices, Singles, wrap_angle
-from radar_service.propagation import LandBefore, Site, elevation_gain, local_attenuation, radar_two_rays, received_amplitude
-from radar_service.propagation.radar_equation import attenuation
-from radar_service.scattering import Fluctuation
+from radar_service.propagation import (
+    LandBefore,
+    Site,
+    attenuation,
+    elevation_gain,
+    local_attenuation,
+    radar_two_rays,
+    received_amplitude,
+)
+from radar_service.scattering import BearingWedge, Fluctuation
 from radar_service.world import BodyPoses, PoseArrays, Scene, SightLines
 
 ELEVATION_NULL = 1e-3  # of boresight: elevation gains below it do not divide
@@ -135,7 +142,7 @@ class MovingEchoes:
         """The echoes `around` (M,) within `half` of the bearing `middle` [rad], in parts, with their bearings (E, K) [rad]."""
         (positions,) = geometry.positions(observed, around, [1])
         apparent = positions if geometry.level is None else positions @ geometry.level[1].T
-        chosen = around[_within(apparent, middle, half)]
+        chosen = around[BearingWedge(np.zeros(3), middle, half, 0.0).contains(apparent)]
         count = ECHOES_PER_PART
         return [self._part(observed, chosen[i : i + count], geometry) for i in range(0, len(chosen), count)]
 
@@ -230,7 +237,7 @@ class MovingEchoes:
     ) -> Singles:
         """Writes the exact history of echoes which[exact] (W,) and returns their elevation gains (W, K) over the middle's."""
         radar, earth = self._scene.radar, self._earth_radius
-        if not block.has_each_azimuth:
+        if len(block.poses.position) < len(block.antenna):  # at the nodes alone
             time, bodies = np.concatenate([block.over.nodes, block.azimuths.time]), observed.echoes.body[which[exact]]
             block = block._replace(poses=self._poses.at(time, np.flatnonzero(np.bincount(bodies))))
         positions = np.stack(block.positions(observed, which[exact], range(3, len(block.antenna))))
@@ -281,12 +288,3 @@ class MovingEchoes:
 def _site(position: Floats, antenna_height: Floats) -> Site:
     """Positions (..., 3) relative to the antenna as `specular_geometry` takes them."""
     return np.hypot(position[..., 0], position[..., 1]), position[..., 2] + antenna_height, antenna_height
-
-
-def _within(position: Floats, middle: float, half: float) -> Flags:
-    """Which positions (M, 3) relative to the antenna lie within `half` of the bearing `middle` [rad]."""
-    if half >= np.pi:
-        return np.ones(len(position), dtype=np.bool_)
-    ahead = position[:, 0] * np.sin(middle) + position[:, 1] * np.cos(middle)
-    distance = np.sqrt(position[:, 0] ** 2 + position[:, 1] ** 2)
-    return np.asarray(ahead >= distance * np.cos(half))

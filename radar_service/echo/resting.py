@@ -83,8 +83,7 @@ class PassingShadows:
         resting, echoes, line_of_sight = self._resting, self._resting.echoes, self._line_of_sight.as_of(presence_time)
         time = (step + 0.5) * self._interval
         behind = self._behind(line_of_sight.moving_shadow_sectors(resting.antenna, time))
-        polar = Polar(*(part[behind] for part in resting.polar))
-        which = behind[line_of_sight.shadowed(resting.position[behind], polar, resting.antenna, time)]
+        which = behind[line_of_sight.occluded_by_moving(resting.position[behind], resting.antenna, time)]
         return OccludedEchoes(
             echoes.range[which], echoes.azimuth[which], -echoes.amplitude[which], resting.scene_body[which]
         )

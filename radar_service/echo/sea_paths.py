@@ -15,13 +15,13 @@ from radar_service.propagation import (
     LandBefore,
     Site,
     TwoRays,
+    attenuation,
     elevation_gain,
     mean_square_factor,
     moved_excess,
     radar_two_rays,
     turned_back,
 )
-from radar_service.propagation.radar_equation import attenuation
 from radar_service.radar import Radar
 from radar_service.world import Environment
 
@@ -64,7 +64,7 @@ class Paths(NamedTuple):
         extended = np.flatnonzero((self.path < 0) & (self.height_span > 0.0))
         if len(extended):
             which = slice(None) if len(extended) == len(factor) else extended  # no copies
-            span = _as_column(phase_span[which], ratio.ndim)
+            span = phase_span[which].reshape(-1, *[1] * (ratio.ndim - 1))
             factor[which] = mean_square_factor(ratio[which], phase[which], span)
         return factor
 
@@ -89,17 +89,12 @@ class SeaPaths:
 
     def rises(self, sites: list[Site]) -> Flags:
         """Which diffracted echoes change their height, or the antenna's, by more than MAX_RISE of it between three nodes."""
-        if not self.diffracted:
+        if not (self.rays.share < 1.0).any():
             return np.zeros(len(self.rays.share), dtype=np.bool_)
         changed = [
             np.abs(sites[n][part] - sites[1][part]) > MAX_RISE * np.abs(sites[1][part]) for n in (0, 2) for part in (1, 2)
         ]
         return np.asarray((self.rays.share < 1.0) & np.any(np.broadcast_arrays(*changed), axis=0))
-
-    @property
-    def diffracted(self) -> bool:
-        """Whether diffraction counts for any echo."""
-        return bool((self.rays.share < 1.0).any())
 
     def steep(self, radar: Radar, range_migration: Singles, distance: Floats) -> Flags:
         """Which echoes change the elevation of their reflected ray by more than MAX_ELEVATION within a block.
@@ -218,8 +213,3 @@ def range_and_factor(
         return polar.range, (elevation_gain(radar, polar.elevation, tilt_error) * loss).astype(np.complex128)
     sea = sea_paths(radar, environment, (polar.distance, height, antenna_height), paths, tilt_error, land)
     return polar.range + paths.by_sea * sea.rays.geometry.excess, sea.factor() * loss
-
-
-def _as_column(values: Floats | Singles | Indices, dimensions: int) -> Floats:
-    """Values (E,) that broadcast with arrays (E, ...) of so many dimensions."""
-    return np.asarray(values.reshape(-1, *[1] * (dimensions - 1)))

@@ -98,9 +98,9 @@ class LandRows:
         self._kept: ResultCache[tuple[int | bytes, ...], Profiles] = ResultCache(1 + KEPT // int(covered))
 
     def holds(self, azimuths: AzimuthTimes) -> bool:
-        """Whether the land at these azimuths is taken from the grid."""
+        """Whether the land at these azimuths is taken from the grid: where own ship meets no corner."""
         pieces = self._pieces_of(azimuths)
-        return self.passages.is_regular(pieces[0] * PIECE, (pieces[-1] + 1) * PIECE)
+        return self.passages.track.is_smooth(pieces[0] * PIECE, (pieces[-1] + 1) * PIECE)
 
     def near(self, azimuths: AzimuthTimes) -> ObservedEchoes:
         """The echoes of land that keep a range history each, and that the beam may meet at these azimuths."""

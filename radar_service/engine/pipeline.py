@@ -30,7 +30,8 @@ from radar_service.numerics import (
     wrap_angle,
 )
 from radar_service.propagation import local_attenuation, two_way_phase
-from radar_service.receive import integrate, receiver_noise_power, square_law
+from radar_service.receive import integrate, receiver_noise_power
+from radar_service.records import square_law
 from radar_service.stages.stage import Added, Tile
 from radar_service.world import SightLines
 
@@ -123,7 +124,8 @@ def echo_rows(
     near_land: the only echoes of land that count; None: all of them. shift: (K,) that ranges, and their phases, are less [m].
     """
     rows: Profiles | None = None
-    if _nothing_moves(prepared):
+    alone = prepared.land is None and not any(stage.has_echoes for stage in prepared.stages.values())
+    if alone and not len(prepared.moving) and not prepared.shadows.possible:
         return rows
     compression = prepared.compression
     for first, stop in blocks(prepared, azimuths, near_land):
@@ -141,12 +143,6 @@ def echo_rows(
             amplitude = amplitude * two_way_phase(-less, prepared.scene.radar.wavelength).astype(np.complex64)
         compression.spread(rows[first:stop], column(distance, step), migration * np.float32(1.0 / step), amplitude)
     return rows
-
-
-def _nothing_moves(prepared: Prepared) -> bool:
-    """Whether no echo has a range history."""
-    alone = prepared.land is None and not any(stage.has_echoes for stage in prepared.stages.values())
-    return alone and not len(prepared.moving) and not prepared.shadows.possible
 
 
 def with_silence(rows: Profiles | None, blind: Flags) -> Profiles | None:

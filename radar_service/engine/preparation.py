@@ -93,8 +93,10 @@ def prepare(
     resting = resting_echoes(scene, resting_set, line_of_sight, max_range)
     visibility = Visibility(scene, moving_set, line_of_sight, max_range, fidelity.visibility_step)
     compression, metal = compression_for(radar, fidelity.kernel_width), resting_set.by_aspect
-    max_tile = int(np.clip(TILE_BYTES // compression.row_bytes, MAX_TILE // 2, MAX_TILE))
-    beam = beam_table(radar, fidelity, max_tile)
+    max_tile = int(np.clip(TILE_BYTES // (8 * compression.size), MAX_TILE // 2, MAX_TILE))
+    extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)  # off boresight, of moving echoes
+    oversampling = fidelity.beam_table_oversampling
+    beam = BeamTable(radar.azimuth_gain, radar.beamwidth, extent, max_tile * radar.azimuth_step, oversampling)
     paths = _paths(scene, Beam(radar, beam_pattern(radar, fidelity)))
     unit = BeamTable(np.ones_like, radar.beamwidth, beam.extent, beam.span) if paths else beam  # paths have the gain
     moving = MovingEchoes(scene, visibility, unit, seed, paths=paths)
@@ -153,17 +155,9 @@ def _scatterers(
 
 def scattering_context(scene: Scene, fidelity: Fidelity, seed: int, rays: RayCount | None = None) -> ScatteringContext:
     """What scatterers of bodies are built from; rays: counts the rays cast."""
-    return ScatteringContext(
-        scene.radar,
-        fidelity,
-        seed,
-        scene.antenna(0.0)[0],
-        scene.environment,
-        scene.bodies,
-        effective_earth_radius(scene.environment.earth_factor),
-        rays,
-        scene.name,
-    )
+    earth_radius = effective_earth_radius(scene.environment.earth_factor)
+    where = scene.antenna(0.0)[0], scene.environment, scene.bodies, earth_radius
+    return ScatteringContext(scene.radar, fidelity, seed, *where, rays, scene.name)
 
 
 def rests(body: Body, scene: Scene, fidelity: Fidelity) -> bool:
@@ -197,13 +191,6 @@ def _land_rows(
 def beam_pattern(radar: Radar, fidelity: Fidelity) -> ChangedPattern | None:
     """The antenna's pattern as effects change it, as far off boresight as the fidelity says; None where none does."""
     return changed_pattern(radar, min(np.pi, fidelity.beam_extent * radar.beamwidth))
-
-
-def beam_table(radar: Radar, fidelity: Fidelity, max_tile: int) -> BeamTable:
-    """The azimuth gain for moving echoes, as far off boresight as the fidelity says."""
-    extent = min(np.pi, fidelity.beam_extent * radar.beamwidth)
-    span = max_tile * radar.azimuth_step
-    return BeamTable(radar.azimuth_gain, radar.beamwidth, extent, span, fidelity.beam_table_oversampling)
 
 
 def _resting_profiles(scene: Scene, fidelity: Fidelity, echoes: Echoes, compression: Compression) -> Profiles | None:

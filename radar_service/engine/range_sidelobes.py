@@ -11,7 +11,8 @@ import scipy.fft
 from numpy.lib.stride_tricks import sliding_window_view
 
 from radar_service.numerics import Profiles, Singles
-from radar_service.receive import Compression, square_law
+from radar_service.receive import Compression
+from radar_service.records import square_law
 
 SINGLE_PRECISION = 1e-7  # of the peak: beyond, profiles of the engine are rounding
 MAX_LOST = 2**22  # products of eclipsed columns and bins: 32 MB; with more, eclipsed sources are transformed

@@ -14,8 +14,8 @@ import numpy as np
 from radar_service.engine.pipeline import Engine
 from radar_service.numerics import NEAR_PULSE, Flags, Floats, Profiles, Singles, generator
 from radar_service.radar import Radar
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import Labels
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Labels, square_law
 from radar_service.world import Scene
 
 Tiles = Iterator[tuple[int, Profiles, Singles]]

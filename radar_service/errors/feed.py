@@ -50,9 +50,8 @@ class FeedLaw:
             for column, rate in ((REPEAT, errors.repeat_rate), (LATE, errors.late_rate), (SWAP, errors.swap_rate))
         )
         swapped &= ~late
-        return Decisions(
-            dropped, repeated, late, swapped, self._in_sector(number), late * self._late_spokes + swapped.astype(np.int64)
-        )
+        delay = late * self._late_spokes + swapped.astype(np.int64)
+        return Decisions(dropped, repeated, late, swapped, self._in_sector(number), delay)
 
     def counts(self, first: int, count: int, stuck_from: int) -> FeedErrorCounts:
         """Returns what happens to `count` spokes from number `first` on. stuck_from: first spoke with this stuck sector."""
@@ -101,7 +100,10 @@ class FeedArranger:
 
         law: of the errors in force; None for none. Spokes that are late still come.
         """
-        self._set_sector(law.errors.stuck_sector if law else None)
+        sector = law.errors.stuck_sector if law else None
+        if sector != self._sector:
+            self._sector = sector
+            self._old.clear()
         if law is None:
             return self._with_held(block, [True] * len(block)) if self._held else [block]
         decisions = law.decisions(block.first, len(block))
@@ -110,13 +112,10 @@ class FeedArranger:
             return [block]
         for k in np.flatnonzero(decisions.delay).tolist():
             for _ in range(1 + int(decisions.repeated[k])):
-                self._hold(block.part(k, k + 1), block.first + k + int(decisions.delay[k]))
+                late = _with_copied_echoes(block.part(k, k + 1))  # else the whole block would stay in memory
+                heapq.heappush(self._held, (block.first + k + int(decisions.delay[k]), next(self._count), late))
         passes = ~decisions.dropped & (decisions.delay == 0)
         return self._with_held(block, passes.tolist(), decisions.repeated.tolist())
-
-    def _hold(self, spoke: SpokeBlock, follows: int) -> None:
-        """Keeps a late spoke. It is copied: otherwise the whole block would stay in memory."""
-        heapq.heappush(self._held, (follows, next(self._count), _with_copied_echoes(spoke)))
 
     def _with_held(self, block: SpokeBlock, passes: list[bool], repeated: list[bool] | None = None) -> list[SpokeBlock]:
         """The spokes of a block that pass now, and after each those that follow it."""
@@ -127,11 +126,6 @@ class FeedArranger:
             while self._held and (self._held[0][0] <= block.first + k or len(self._held) > MAX_LATE):
                 sent.append(heapq.heappop(self._held)[2])
         return list(runs(sent))
-
-    def _set_sector(self, sector: tuple[float, float] | None) -> None:
-        if sector != self._sector:
-            self._sector = sector
-            self._old.clear()
 
     def _with_old_echoes(self, block: SpokeBlock, in_sector: Flags) -> SpokeBlock:
         """The block with old echoes in the stuck sector; the first echoes there are kept."""

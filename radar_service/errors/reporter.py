@@ -6,7 +6,7 @@ A timeline says which errors are in force at which spoke, where they change whil
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import groupby
 from typing import Any
 
@@ -31,7 +31,7 @@ class ErrorTimeline:
         self._entries: tuple[tuple[int, ErrorSettings | None], ...] = ((0, errors),)
 
     @property
-    def latest(self) -> ErrorSettings | None:
+    def errors(self) -> ErrorSettings | None:
         """The errors of the spokes to come."""
         return self._entries[-1][1]
 
@@ -66,7 +66,7 @@ class ErrorTimeline:
         return [number for number, _ in self._entries if first < number < end]
 
 
-class ErrorReporter:
+class ErrorReporter(ErrorTimeline):
     """The errors of one radar's run, which `set` changes from one of its spokes on.
 
     radar_id: of the radar, whose antenna and feed have random numbers of their own; first: number of the first spoke of the run;
@@ -77,33 +77,20 @@ class ErrorReporter:
         self, radar: Radar, seed: int, errors: ErrorSettings | None, radar_id: str = ONLY_RADAR, first: int = 0,
         ship: str | None = None, stream: Stream = NO_STREAM,
     ) -> None:  # fmt: skip
-        self._radar, self._seed, self._radar_id, self._first, self._ship = radar, seed, radar_id, first, ship
-        self._stream = stream
+        super().__init__(errors)
+        self._radar, self._seed, self._first = radar, seed, first
+        self._same_run = partial(ErrorReporter, radar, seed, radar_id=radar_id, ship=ship, stream=stream)
         self._key = key = 0 if radar_id == ONLY_RADAR else name_key(radar_id)
-        self._timeline, self._arranger = ErrorTimeline(errors), FeedArranger(radar)
+        self._arranger = FeedArranger(radar)
         self._sensor_laws = lru_cache(4)(lambda settings: SensorLaws(settings, radar, seed, key, ship, stream))
-
-    @property
-    def errors(self) -> ErrorSettings | None:
-        """The errors of the spokes to come."""
-        return self._timeline.latest
-
-    @property
-    def has_errors(self) -> bool:
-        """Whether there are errors at any spoke."""
-        return self._timeline.has_errors
-
-    def set(self, errors: ErrorSettings | None, number: int) -> None:
-        """Puts errors into force from the spoke of this number on."""
-        self._timeline.set(errors, number)
 
     def restarted(self, first: int) -> "ErrorReporter":
         """Returns a reporter with the errors now in force, for a run that begins with spoke `first`."""
-        return ErrorReporter(self._radar, self._seed, self.errors, self._radar_id, first, self._ship, self._stream)
+        return self._same_run(errors=self.errors, first=first)
 
     def reported(self, block: SpokeBlock, earlier: Earlier) -> SpokeBlock:
         """Returns a true block as sensors and antenna report it. earlier: gives true readings of earlier spokes."""
-        errors = self._timeline.at(block.first)
+        errors = self.at(block.first)
         if errors is None:
             return block
         number = block.first + np.arange(len(block))
@@ -112,7 +99,7 @@ class ErrorReporter:
 
     def laws_at(self, number: int) -> SensorLaws | None:
         """Returns the laws of the sensors at a spoke; None where no errors are in force."""
-        errors = self._timeline.at(number)
+        errors = self.at(number)
         return None if errors is None else self._sensor_laws(errors)
 
     def sent(self, block: SpokeBlock) -> list[SpokeBlock]:
@@ -124,7 +111,7 @@ class ErrorReporter:
     ) -> list[ReportedOwnShip | None]:  # fmt: skip
         """Returns own ship (K,) with the errors of spokes (K,); None where none are in force."""
         result: list[ReportedOwnShip | None] = []
-        for errors, group in groupby(zip(own, spokes, strict=True), lambda each: self._timeline.at(each[1])):
+        for errors, group in groupby(zip(own, spokes, strict=True), lambda each: self.at(each[1])):
             some, numbers = zip(*group, strict=True)
             if errors is None:
                 result += [None] * len(some)
@@ -147,7 +134,7 @@ class ErrorReporter:
         """Returns what happens to the spokes of a scan; None where no errors of the feed are in force."""
         first, end = scan * self._radar.azimuths, (scan + 1) * self._radar.azimuths
         total: FeedErrorCounts | None = None
-        edges = [first, *self._timeline.changes(first, end), end]
+        edges = [first, *self.changes(first, end), end]
         for start, stop in zip(edges, edges[1:], strict=False):
             law = self._feed_law(start)
             if law:
@@ -159,12 +146,12 @@ class ErrorReporter:
         return (scan + 1) * self._radar.azimuths - 1
 
     def _feed_law(self, number: int) -> FeedLaw | None:
-        errors = self._timeline.at(number)
+        errors = self.at(number)
         if errors is None or errors.feed is None:
             return None
         return FeedLaw(errors.feed, self._radar, self._seed, self._key)
 
     def _stuck_from(self, number: int) -> int:
         """Number of the first spoke from which on the stuck sector that is in force at a spoke has not changed."""
-        since = self._timeline.since(number, lambda errors: errors and errors.feed and errors.feed.stuck_sector)
+        since = self.since(number, lambda errors: errors and errors.feed and errors.feed.stuck_sector)
         return max(self._first, since)

@@ -70,23 +70,15 @@ def backlash(from_bow: Floats) -> Floats:
     return np.asarray(np.arcsin(np.sin(2.0 * from_bow)) * (2.0 / np.pi))
 
 
-class AntennaLaw:
-    """The errors of one antenna. seed, key: of its random generators."""
+def antenna_error(errors: AntennaErrors, noise: Floats, from_bow: Floats) -> Floats:
+    """Returns reported angle from the bow minus true angle (K,) [rad] of an antenna at true angles from the bow (K,) [rad].
 
-    def __init__(self, errors: AntennaErrors, seed: int, *key: int) -> None:
-        self._errors = errors
-        self._noise = SensorNoise(0.0, seed, *key)
-
-    def error(self, number: Indices, time: Floats, from_bow: Floats) -> Floats:
-        """Returns reported angle from the bow minus true angle (K,) [rad] of spokes of these numbers, times [s] and true
-        angles from the bow (K,) [rad]."""
-        settings = self._errors
-        error = settings.misalignment + settings.backlash * backlash(from_bow)
-        if settings.encoder_noise:
-            error = error + settings.encoder_noise * self._noise.at(number, time)
-        if settings.encoder_step:
-            error = np.rint((from_bow + error) / settings.encoder_step) * settings.encoder_step - from_bow
-        return np.asarray(error)
+    noise: of its encoder (K,), of standard deviation 1.
+    """
+    error = errors.misalignment + errors.backlash * backlash(from_bow) + errors.encoder_noise * noise
+    if errors.encoder_step:
+        error = np.rint((from_bow + error) / errors.encoder_step) * errors.encoder_step - from_bow
+    return np.asarray(error)
 
 
 class SensorLaws:
@@ -104,13 +96,13 @@ class SensorLaws:
     ) -> None:  # fmt: skip
         self._errors, self._period, self._stream = errors, radar.spoke_period, stream
         key = () if ship is None else (name_key(ship),)
-        gyro, log, position, antenna = errors.gyro, errors.log, errors.position, errors.antenna
+        gyro, log, position = errors.gyro, errors.log, errors.position
         self._gyro_noise = SensorNoise(gyro.noise_time if gyro else 0.0, seed, GYRO, *key)
         self._log_noise = SensorNoise(log.noise_time if log else 0.0, seed, LOG, *key)
         self._position_noise = [
             SensorNoise(position.noise_time, seed, axis, *key) for axis in (EAST, NORTH) if position is not None
         ]
-        self._antenna = None if antenna is None else AntennaLaw(antenna, seed, ANTENNA, radar_key)
+        self._antenna_noise = SensorNoise(0.0, seed, ANTENNA, radar_key)
 
     @property
     def latencies(self) -> tuple[float, ...]:
@@ -125,7 +117,9 @@ class SensorLaws:
         """
         turn, course_turn = self._heading_errors(number, time, true, earlier)
         from_bow = wrap_angle(true.azimuth - true.heading)
-        error = np.zeros(len(number)) if self._antenna is None else self._antenna.error(number, time, from_bow)
+        error, antenna = np.zeros(len(number)), self._errors.antenna
+        if antenna is not None:
+            error = antenna_error(antenna, self._antenna_noise.at(number, time), from_bow)
         feed = self._errors.feed
         lost = is_lost(time, feed.heading_lost if feed else ())
         return Readings(

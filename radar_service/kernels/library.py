@@ -27,7 +27,7 @@ ABSENT = (
     "the compiled kernels are absent, or were built from other sources: `pip install` (in a checkout `pip install -e .`) "
     "builds them"
 )
-NO_MEMORY, REFUSED = -1, -3  # what a kernel returns that stops, as geometry.h has them
+NO_MEMORY = -1  # what a kernel returns that stops for it, as geometry.h has it; another negative number: it refuses
 DTYPES = {
     "double": (np.dtype(np.float64),),
     "float": (np.dtype(np.float32),),

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from radar_service.public_names import lazily
 
 if TYPE_CHECKING:
+    from radar_service.numerics.arithmetic_name import arithmetic
     from radar_service.numerics.constants import (
         BOLTZMANN, DISPLAY_RANGES, EARTH_RADIUS, GRAVITY, KNOT, MAX_COORDINATE, NAUTICAL_MILE, REFERENCE_TEMPERATURE,
         SPEED_OF_LIGHT

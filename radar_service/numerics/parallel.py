@@ -7,34 +7,22 @@ Importing this module changes neither the environment nor any library. `BLAS_LIM
 """
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
 from threading import Lock, local
-from typing import Any, Protocol, TypeVar
-
-Item = TypeVar("Item")
+from typing import Any
 
 BLAS_USERS = ("numpy.linalg", "scipy.linalg")  # each loads the BLAS library of its package; the engine uses no third one
 ENVIRONMENT_OF_THREADPOOLCTL = "KMP_DUPLICATE_LIB_OK"  # threadpoolctl sets it when it is imported, for OpenMP of Intel
 
 
-class BlasLibrary(Protocol):
-    """One BLAS library of this process."""
+class BlasLibrary:
+    """A BLAS library as threadpoolctl controls it.
 
-    @property
-    def per_thread(self) -> bool:
-        """Whether each thread has a number of its own, as with OpenMP. Otherwise one number holds for the process."""
-
-    def get_num_threads(self) -> int:
-        """Returns the number of threads that BLAS may use."""
-
-    def set_num_threads(self, number: int) -> None:
-        """Sets the number of threads that BLAS may use."""
-
-
-class LoadedLibrary:
-    """A BLAS library as threadpoolctl controls it. description: its name, version and, where it has several, its core."""
+    description: its name, version and, where it has several, its core.
+    per_thread: whether each thread has a number of its own, as with OpenMP; otherwise one number holds for the process.
+    """
 
     def __init__(self, controller: Any) -> None:
         openblas = controller.internal_api == "openblas"
@@ -64,7 +52,7 @@ class LoadedLibrary:
             self._controller.clear_controlling_thread(force=True)
 
 
-def loaded_blas() -> list[LoadedLibrary]:
+def loaded_blas() -> list[BlasLibrary]:
     """Loads the BLAS libraries that the engine uses, then finds all that this process has loaded. Takes about 2 ms."""
     for module in BLAS_USERS:
         import_module(module)
@@ -73,7 +61,7 @@ def loaded_blas() -> list[LoadedLibrary]:
 
     if before is None:
         os.environ.pop(ENVIRONMENT_OF_THREADPOOLCTL, None)
-    return [LoadedLibrary(library) for library in ThreadpoolController().select(user_api="blas").lib_controllers]
+    return [BlasLibrary(library) for library in ThreadpoolController().select(user_api="blas").lib_controllers]
 
 
 class BlasLimit:
@@ -109,16 +97,6 @@ class BlasLimit:
         """Whether no other thread holds the limit; during a `with` block none takes it or gives it back."""
         with self._lock:
             yield self._holders == self._times
-
-    def each(self, items: Iterable[Item]) -> Iterator[Item]:
-        """Yields the items. Holds the limit while each is computed and not while the consumer has it."""
-        iterator, end = iter(items), object()
-        while True:
-            with self.held():
-                item = next(iterator, end)
-            if item is end:
-                return
-            yield item  # type: ignore[misc]  # it is not `end`
 
     def _take(self) -> list[tuple[BlasLibrary, int]]:
         """Counts one holder more. Returns the previous numbers that belong to this thread alone."""

@@ -33,7 +33,7 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     """How a body passes the antenna. Rates are those of the nearest part of the body while it is in range."""
     time = sample_times(body, scene)
     offset, later = _offset(body, scene, time), _offset(body, scene, time + LEVER)
-    distance, heading = np.hypot(offset[:, 0], offset[:, 1]), _heading(body, time)
+    distance = np.hypot(offset[:, 0], offset[:, 1])
     part = np.maximum(distance - body.radius, NEAREST)
     velocity = (later - offset) / LEVER
     unit = offset[:, :2] / np.maximum(distance, 1e-9)[:, None]
@@ -41,7 +41,8 @@ def body_run(body: Body, scene: Scene) -> BodyRun:
     radial = np.abs(np.einsum("ij,ij->i", velocity[:, :2], unit)) + sway
     aside = np.abs(velocity[:, 0] * unit[:, 1] - velocity[:, 1] * unit[:, 0]) + sway
     aside += radial * np.minimum(1.0, body.radius / np.maximum(distance, NEAREST))  # of its ends, where it is long
-    turn = np.abs(np.angle(np.exp(1j * (_heading(body, time + LEVER) - heading)))) / LEVER + aside / part
+    turned = body.motion.pose(time + LEVER).heading - body.motion.pose(time).heading
+    turn = np.abs(np.angle(np.exp(1j * turned))) / LEVER + aside / part
     if body.motion.sway is not None:
         roll, pitch, yaw, heave = body.motion.sway.likely_rates.tolist()
         turn, radial = turn + roll + pitch + yaw + heave / part, radial + heave
@@ -135,10 +136,6 @@ def _knots(motion: Motion, end: float | None) -> Floats:
 def _offset(body: Body, scene: Scene, time: Floats) -> Floats:
     """Middle of a body relative to the antenna's foot (K, 3) [m], mast upright."""
     return np.asarray(body.middles_at(time) - scene.own_ship.pose(time).position)
-
-
-def _heading(body: Body, time: Floats) -> Floats:
-    return np.asarray(body.motion.pose(time).heading)
 
 
 class BodyError(NamedTuple):

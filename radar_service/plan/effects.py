@@ -6,8 +6,8 @@ from types import MappingProxyType
 
 from radar_service.echo import PIECE
 from radar_service.numerics import effective_earth_radius
+from radar_service.plan.cost_model import EngineStatistics
 from radar_service.plan.settings_search import all_rests, beam_kernel_db, extent_db, kernel_db, motion_db, multipath_db
-from radar_service.plan.statistics import EngineStatistics
 from radar_service.propagation import diffraction_height
 from radar_service.radar import Radar, pulse_doppler_shift
 from radar_service.receive import receiver_noise_power

@@ -16,9 +16,10 @@ import numpy as np
 
 from radar_service.engine.land_rows import is_diffuse_land
 from radar_service.engine.preparation import rests
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.plan.body_errors import aspects_db, body_error
 from radar_service.plan.budget import STEPS_DB, ErrorBudget
+from radar_service.plan.cost_model import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.plan.effects import effects
 from radar_service.plan.settings_search import (
     all_rests,
@@ -28,7 +29,6 @@ from radar_service.plan.settings_search import (
     relative_cost,
     resting_db,
 )
-from radar_service.plan.statistics import Costs, Counts, EngineStatistics, realtime_factor
 from radar_service.radar import Radar, remedies
 from radar_service.records import Fidelity, PlanItem
 from radar_service.scattering import Conditions, scattering_model

@@ -1,11 +1,14 @@
 """Detections: the cells of scans whose power exceeds the threshold."""
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from radar_service.numerics import Flags, Floats, Indices
-from radar_service.scans import Scan
+
+if TYPE_CHECKING:  # a tracker in a process of its own needs plots, and no pictures of scans
+    from radar_service.scans import Scan
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Detections:
         return Detections(*map(np.concatenate, pairs))
 
 
-def detections_of(scan: Scan, threshold: Floats) -> Detections:
+def detections_of(scan: "Scan", threshold: Floats) -> Detections:
     """Returns the cells of a scan whose power exceeds the threshold [W], which broadcasts to (A, N). Missing spokes have none."""
     row, cell = np.nonzero(scan.power > threshold)
     level = np.broadcast_to(threshold, scan.power.shape)[row, cell]

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from radar_service.numerics import Floats, Indices, wrap_angle, wrap_bearing
 from radar_service.plots.detections import Detections
@@ -61,6 +60,8 @@ class ScanTags:
 
     def of(self, plots: Sequence[Plot]) -> tuple[Plot, ...]:
         """Returns the plots of the next scan with their tags."""
+        from scipy.spatial import cKDTree  # here: it takes half of the start of a tracker, which needs plots alone
+
         place = np.array([(plot.east, plot.north) for plot in plots]).reshape(-1, 2)
         before, self._before = self._before, place
         near = np.zeros(len(place), dtype=np.bool_)

@@ -6,7 +6,6 @@ alarms. A plot is of the source that gives most of its power.
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import islice
 from typing import Any, get_args
 
 import numpy as np
@@ -147,14 +146,9 @@ def labelled_plots(
     if scans < 1:
         raise ValueError(f"scans: {scans} is not allowed; 1 or more, best 10")
     count = _Counting(simulator, extractor)
-    for scan in progress(islice(_scans(simulator), scans + 2), scans + 2):
+    for scan in progress((simulator.scan() for _ in range(scans + 2)), scans + 2):
         count.add(scan)
     return count.report()
-
-
-def _scans(simulator: Simulator) -> Iterator[Scan]:
-    while True:
-        yield simulator.scan()
 
 
 class _Counting:

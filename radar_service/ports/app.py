@@ -20,7 +20,7 @@ from radar_service.ports.port import Service
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
 from radar_service.ports.rest.answers import add_exception_handlers
-from radar_service.ports.rest.body_limits import BodyLimitMiddleware
+from radar_service.ports.rest.bodies import BodyLimitMiddleware
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.roles import Roles, needs
 from radar_service.processes.fork_server import ForkServer

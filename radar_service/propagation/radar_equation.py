@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from radar_service.numerics import Complexes, Floats, effective_earth_radius
-from radar_service.propagation.attenuation import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.diffraction import with_diffraction
+from radar_service.propagation.gas_and_rain import attenuation_amplitude, rain_db_per_km
 from radar_service.propagation.land_reflection import LandBefore, over_land
 from radar_service.propagation.multipath import TwoRays, turned_back, two_rays
 from radar_service.propagation.sea_surface import rms_wave_height

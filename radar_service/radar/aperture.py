@@ -12,7 +12,7 @@ import numpy as np
 
 from radar_service.numerics import Complexes, Flags, Floats, wrap_angle
 from radar_service.radar.antenna import AntennaPattern
-from radar_service.radar.patterns import line_source
+from radar_service.radar.patterns import line_source, sinc_sum
 
 ENTRIES_PER_NULL = 1024  # in lambda / D of the table of the pattern: linear interpolation errs by (pi / 1024)^2 / 8, -118 dB
 MAX_ENTRIES = 2**22
@@ -31,10 +31,7 @@ class Aperture(NamedTuple):
 
     def pattern(self, cycles: Floats) -> Floats:
         """The field far off (any shape), 1 on boresight; cycles: of the phase along the aperture, D sin(offset) / lambda."""
-        field = np.zeros(np.shape(cycles))
-        for position, weight in zip(self.positions, self.weights, strict=True):
-            field += weight * np.sinc(cycles - position)
-        return field
+        return sinc_sum(cycles, self.positions, self.weights)
 
     def illumination(self, along: Floats) -> Floats:
         """The field at places (N,) from its middle [m], with an average of 1 for a pattern of 1 on boresight."""

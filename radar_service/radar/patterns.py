@@ -101,7 +101,7 @@ class CosineSum(AntennaPattern):
     @override
     def gain(self, offset: Floats | float, beamwidth: float) -> Floats:
         u = 2.0 * self.source.half_power / beamwidth * np.asarray(offset, dtype=np.float64)
-        return _sinc_sum(u, self.source.positions, self.source.weights) ** 2
+        return sinc_sum(u, self.source.positions, self.source.weights) ** 2
 
 
 @dataclass(frozen=True)
@@ -222,13 +222,13 @@ def _line_source(positions: tuple[float, ...], weights: tuple[float, ...]) -> Li
     low, high = 0.1, 1.5  # the main lobe passes half power once in between
     for _ in range(4):  # to 1e-12; scipy.optimize takes a tenth of a second to load
         u = np.linspace(low, high, 1025)
-        above = int(np.flatnonzero(_sinc_sum(u, positions, weights) > np.sqrt(0.5))[-1])
+        above = int(np.flatnonzero(sinc_sum(u, positions, weights) > np.sqrt(0.5))[-1])
         low, high = float(u[above]), float(u[above + 1])
     return LineSource(positions, weights, (low + high) / 2.0)
 
 
-def _sinc_sum(u: Floats, positions: tuple[float, ...], weights: tuple[float, ...]) -> Floats:
-    """Voltage pattern of a cosine-sum aperture as shifted sincs, which have no removable singularities."""
+def sinc_sum(u: Floats, positions: tuple[float, ...], weights: tuple[float, ...]) -> Floats:
+    """Returns the voltage pattern (any shape) of a cosine-sum aperture: shifted sincs, which have no removable singularities."""
     field = np.zeros(np.shape(u))
     for position, weight in zip(positions, weights, strict=True):
         field += weight * np.sinc(u - position)

@@ -1,14 +1,20 @@
-"""The documented receiver: every echo is a whole chirp added at its delay, and a matched filter compresses the sum.
+"""The documented receiver: every echo is a whole chirp added at its delay, a matched filter compresses the sum, and a Gaussian
+spreads its power over azimuth.
 
 Signals are sampled at the complex rate fs. Sample n, received or compressed, has the range n c / (2 fs).
 A unit echo compresses to a unit peak.
 """
 
+from typing import Any
+
 import numpy as np
+from numpy.typing import NDArray
 from scipy.fft import fft, ifft, next_fast_len
 
 from radar_service.numerics import SPEED_OF_LIGHT, Complexes, Floats, Indices
 from radar_service.radar import window_coefficients
+
+KERNEL_EXTENT = 6.0  # sigmas kept of the Gaussian: exp(-18) = 1.5e-8 of its peak
 
 
 def chirp(time: Floats, bandwidth: float, pulse: float) -> Complexes:
@@ -84,15 +90,11 @@ def exact_chirp_sum(
     return received
 
 
-def printed_hamming(count: int) -> Floats:
-    """Hamming window (count,), 0.54 - 0.46 cos(2 pi n / (N - 1)). Source: docs/specification.md eq. 17."""
-    return 0.54 - 0.46 * np.cos(2.0 * np.pi * np.arange(count) / max(count - 1, 1))  # eq. 17
-
-
 def window(name: str, count: int) -> Floats:
-    """Window (count,) of that name over the reference, in the n / (N - 1) form of eq. 17; ValueError lists them."""
+    """Window (count,) of that name over the reference, in the n / (N - 1) form of docs/specification.md eq. 17; ValueError
+    lists them."""
     if name == "hamming":
-        return printed_hamming(count)
+        return 0.54 - 0.46 * np.cos(2.0 * np.pi * np.arange(count) / max(count - 1, 1))  # eq. 17
     time = np.arange(count) / max(count - 1, 1) - 0.5
     total = np.zeros(count)
     for m, coefficient in enumerate(window_coefficients(name)):
@@ -110,3 +112,28 @@ def compress(received: Complexes, transmitted: Complexes, weights: Floats, bins:
     reference = fft(weights * transmitted, size)
     compressed: Complexes = ifft(fft(received, size) * np.conj(reference))  # eq. 15
     return compressed[:bins] / np.sum(weights)
+
+
+def detect(field: NDArray[np.complexfloating[Any, Any]]) -> Floats:
+    """Power of the compressed field, any shape. Source: docs/specification.md eq. 18."""
+    return field.real.astype(np.float64) ** 2 + field.imag.astype(np.float64) ** 2  # eq. 18
+
+
+def spread_sigma(beamwidth: float) -> float:
+    """Standard deviation [rad] of the Gaussian of half-power width `beamwidth` [rad]. Source: docs/specification.md eq. 19,
+    text."""
+    return beamwidth / 2.355
+
+
+def beam_spread(power: Floats, beamwidth: float, azimuth_step: float) -> Floats:
+    """Power (A, N) convolved along azimuth, circularly, with the Gaussian of the beam. Source: docs/specification.md eq. 19.
+
+    beamwidth, azimuth_step: [rad]. The kernel sums to 1, so it keeps the energy of a scan; its peak is below 1. As the
+    rays are weighted by the beam already, this applies the beam a second time (docs/specification.md, errata row 7).
+    """
+    from scipy.ndimage import convolve1d  # here: `documented` alone uses it, and it would slow every start
+
+    sigma = spread_sigma(beamwidth) / azimuth_step
+    extent = int(np.ceil(KERNEL_EXTENT * sigma))
+    kernel = np.exp(-0.5 * (np.arange(-extent, extent + 1) / sigma) ** 2)
+    return convolve1d(power, kernel / kernel.sum(), axis=0, mode="wrap")  # eq. 19

@@ -95,15 +95,8 @@ def eclipsing_for(
     position = (margin - 0.5) / fs  # column 0 is half a sample from range 0 (docs/conventions.md)
     received = OVERSAMPLING * fs * gridded * np.exp(2j * np.pi * frequency * (begin + position))
     compressed = filtered(frequency) / OVERSAMPLING * np.exp(2j * np.pi * frequency * (0.5 / fs - begin))
-    return Eclipsing(
-        margin,
-        length + 2 * margin,
-        size,
-        cut,
-        reach * length,
-        received.astype(np.complex64),
-        compressed.astype(np.complex64),
-    )
+    filters = received.astype(np.complex64), compressed.astype(np.complex64)
+    return Eclipsing(margin, length + 2 * margin, size, cut, reach * length, *filters)
 
 
 @dataclass(frozen=True)
@@ -126,11 +119,6 @@ class Compression:
     echo_filter: Profiles
     noise: GaussianSpectrum
     eclipsing_filter: Eclipsing | None = None
-
-    @property
-    def row_bytes(self) -> int:
-        """Size of one row of the grid in memory."""
-        return self.size * np.dtype(np.complex64).itemsize
 
     @property
     def peak_gain(self) -> float:
@@ -192,13 +180,8 @@ class Compression:
         np.add.at(rows, (row, cells), amplitude[clipped].reshape(-1, 1) * weight)
 
     def from_spectrum(self, spectrum: Profiles) -> Profiles:
-        """Profiles (K, bins) of spectra (K, size)."""
-        return np.ascontiguousarray(self.all_from_spectrum(spectrum))
-
-    def all_from_spectrum(self, spectrum: Profiles) -> Profiles:
-        """Profiles (K, bins), with gaps in memory, of spectra (K, size), which are used up."""
-        profiles: Profiles = scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins]
-        return profiles
+        """Profiles (K, bins) of spectra (K, size), which are used up."""
+        return np.ascontiguousarray(scipy.fft.ifft(spectrum, axis=1, overwrite_x=True)[:, : self.bins])
 
 
 def receiver_noise_power(radar: Radar) -> float:

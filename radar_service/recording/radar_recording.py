@@ -25,22 +25,19 @@ import numpy as np
 
 from radar_service import wire
 from radar_service.display.video import Controls, peaks, strongest
-from radar_service.receive import square_law
 from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene_schema, truth_schema
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
-from radar_service.records import SourceRequest
+from radar_service.records import SourceRequest, square_law
 from radar_service.scene_file.document import model_and_folder, model_at_range, radar_table
 from radar_service.scene_file.error_tables import error_tables
-from radar_service.service.codecs.native import messages
-from radar_service.service.codecs.native.views import source_fields
+from radar_service.service.codecs.native import messages, views
 from radar_service.service.feed_request import View
 from radar_service.service.logs import log_event
 from radar_service.service.radio.last_scan import LastScan, draw
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
-from radar_service.spoke_source import TruthLine
+from radar_service.spoke_source import SpokeSourceFault, TruthLine
 from radar_service.world import ErrorSettings, SceneError
 
 FILE_KEYS = ("mesh", "heightmap", "track")  # of a scene, that name a file
@@ -135,7 +132,7 @@ class RadarRecording:
             self._errors, tables = batch.errors, None if batch.errors is None else error_tables(batch.errors)
             content = {"epoch": batch.epoch.name, "spoke": block.first, "errors": tables}
             self._write(self._error_tables, float(block.time[0]), json.dumps(content).encode())
-        fields = source_fields(batch, self._view)
+        fields = views.source_fields(batch, self._view)
         if fields and self._sources:
             self._write(self._sources, float(block.time[-1]), wire.pack(sources_message(batch) | fields))
         self._write(self._feed, float(block.time[-1]), wire.pack(spokes_message(batch)))

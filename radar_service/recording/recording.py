@@ -12,14 +12,12 @@ import numpy as np
 
 from radar_service import wire
 from radar_service.numerics import Floats
-from radar_service.receive import square_law
 from radar_service.recording.chunk_table import ChunkTable, epochs_of
 from radar_service.recording.error import RecordingError
 from radar_service.recording.plain import restored
-from radar_service.records import SourceList, Spoke, SpokeBlock, Truth, regrouped
+from radar_service.records import SourceList, Spoke, SpokeBlock, Truth, regrouped, square_law
 from radar_service.scans import Scan, scan_of
-from radar_service.service.radio.prefetch import SpokeSourceFault
-from radar_service.spoke_source import SpokeSourceInfo, TruthLine
+from radar_service.spoke_source import SpokeSourceFault, SpokeSourceInfo, TruthLine
 from radar_service.wire import SpokeRows
 from radar_service.world import NO_STREAM, SceneOutline, command_from
 

@@ -22,10 +22,11 @@ from radar_service.service.controls import CONTROLS, changed_settings
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
 from radar_service.service.logs import log_event
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world import MAX_SEGMENTS, NOT_STEERABLE, CommandError, Scene, SceneError, Steering, outline_of
 
 ENDED = "the recording has ended"

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from radar_service.records.fidelity import MIN_SCATTERERS, PRESETS, PURPOSE, Fidelity, fidelity_from_name
     from radar_service.records.plan_item import PlanItem
     from radar_service.records.reports import FeedErrorCounts, Readings, ReportedOwnShip
-    from radar_service.records.spokes import Spoke, SpokeBlock, joined, regrouped
+    from radar_service.records.spokes import Spoke, SpokeBlock, joined, regrouped, square_law
     from radar_service.records.truth import (
         BodyTruth, Crossing, Extent, FalseEcho, Kinematics, OwnShipTruth, Radiometry, ShipStates, Snapshot, Truth
     )  # fmt: skip

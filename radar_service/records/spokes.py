@@ -103,6 +103,11 @@ class SpokeBlock:
             )  # fmt: skip
 
 
+def square_law(field: Profiles) -> Singles:
+    """Power [W] of profiles [sqrt(W)] of any shape, in single precision."""
+    return np.asarray(field.real**2 + field.imag**2)
+
+
 def regrouped(blocks: Iterable[SpokeBlock], size: int) -> Iterator[SpokeBlock]:
     """The spokes of one scan in blocks of `size`, the last one maybe shorter. Raises ValueError for a size below 1."""
     if size < 1:

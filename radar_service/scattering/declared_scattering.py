@@ -71,8 +71,12 @@ class DeclaredScattering(FixedScatterers):
         if len(shared):
             cells = self._cells(body[shared], position.take(shared, axis=0), projected[shared], span[shared], antenna, poses)
             points = CellEchoes(*(np.concatenate(column) for column in zip(points, cells, strict=True)))
-        echoes = self._echoes(points, poses)
-        return echoes.chosen(np.argsort(echoes.body, kind="stable"))
+        body = points.body
+        own = poses.frames_from_map(0, points.position, body, np.inf)
+        echoes = BodyEchoes(
+            own, np.sqrt(self._rcs[body]) * points.amplitude, body, np.full(len(body), ALL_PATHS), points.span
+        )
+        return echoes.chosen(np.argsort(body, kind="stable"))
 
     def _cells(
         self, body: Indices, position: Floats, power: Floats, span: Floats, antenna: Floats, poses: PoseArrays
@@ -83,12 +87,6 @@ class DeclaredScattering(FixedScatterers):
         middle = poses.map_from_bodies(0, self._plan_circles[0].take(bodies, axis=0), bodies)
         cells = cell_echoes(position, power, span, number, middle, antenna, self.context, self._spacing)
         return cells._replace(body=bodies[cells.body])
-
-    def _echoes(self, cells: CellEchoes, poses: PoseArrays) -> BodyEchoes:
-        """Echoes (M,) of declared cross-sections from cells for 1 m^2."""
-        body = cells.body
-        own = poses.frames_from_map(0, cells.position, body, np.inf)
-        return BodyEchoes(own, np.sqrt(self._rcs[body]) * cells.amplitude, body, np.full(len(body), ALL_PATHS), cells.span)
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:

@@ -7,7 +7,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from functools import cached_property
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -30,14 +30,7 @@ from radar_service.scattering.surface_sampling import (
     triangle_middles,
 )
 from radar_service.trace import SurfacePoints
-from radar_service.world import (
-    Body,
-    BodyPose,
-    BodyPoses,
-    Mesh,
-    PoseArrays,
-    pose_at,
-)
+from radar_service.world import Body, BodyPose, BodyPoses, Mesh, PoseArrays, pose_at
 
 PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 000
 
@@ -45,37 +38,22 @@ PEAK_TO_MEAN = 10.0  # an exponential draw exceeds 10 times its mean once in 22 
 class FixedScatterers(ScatteringModel, ABC):
     """Scatterers (E,) of B bodies, ordered by body. Subclasses say how strongly each scatters."""
 
-    by_aspect: ClassVar[bool] = False
     diffracts: ClassVar[bool] = True
-    lit_by_sea: ClassVar[bool] = False
     tells_sea_delay: ClassVar[bool] = True
-    has_resting_points: ClassVar[bool] = False
 
-    def __init__(
-        self, bodies: Sequence[Body], key: Indices, parts: Sequence[Scatterers], context: ScatteringContext
-    ) -> None:
-        """key: (B,) index of each body in the scene; parts: the scatterers of each body."""
+    def __init__(self, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> None:
+        """Density follows the resolution cell at the distance of each triangle at time 0."""
         self.bodies, self.key, self.context = tuple(bodies), key, context
+        parts = [self.sample(body, context) for body in bodies]
         self.scatterers: Indices = np.array([len(part) for part in parts], dtype=np.int64)
         self._body: Indices = np.repeat(np.arange(len(parts)), self.scatterers)
         of_all = parts[0] if len(parts) == 1 else Scatterers.joined(parts)
-        self._position, self._normal, self._area, self._triangle = (
-            of_all.position,
-            of_all.normal,
-            of_all.area,
-            of_all.triangle,
-        )
-        self._phasor, self._span = of_all.phasor, of_all.span
+        self._position, self._normal, self._area = of_all.position, of_all.normal, of_all.area
+        self._triangle, self._phasor, self._span = of_all.triangle, of_all.phasor, of_all.span
         self._lift: Floats = of_all.middle - of_all.position[:, 2]
         self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # others are wound either way
         self._solid: Flags = np.array([body.mesh is not None and body.mesh.solid for body in bodies], dtype=np.bool_)
         self._poses = BodyPoses(bodies)
-
-    @classmethod
-    @override
-    def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        """Density follows the resolution cell at the distance of each triangle at time 0."""
-        return cls(bodies, key, [cls.sample(body, context) for body in bodies], context)
 
     @staticmethod
     @abstractmethod

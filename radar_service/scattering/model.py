@@ -145,16 +145,18 @@ class ScatteringModel(Protocol):
     has_resting_points: whether it is a `resting_points.RestingModel`.
     """
 
-    by_aspect: ClassVar[bool]
-    diffracts: ClassVar[bool]
-    lit_by_sea: ClassVar[bool]
-    tells_sea_delay: ClassVar[bool]
-    has_resting_points: ClassVar[bool]
+    by_aspect: ClassVar[bool] = False
+    diffracts: ClassVar[bool] = False
+    lit_by_sea: ClassVar[bool] = False
+    tells_sea_delay: ClassVar[bool] = False
+    has_resting_points: ClassVar[bool] = False
+
+    def __init__(self, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> None: ...
 
     @classmethod
     def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
         """The model of `bodies`; key: (B,) the index of each in the scene, rising."""
-        ...
+        return cls(bodies, key, context)
 
     key: Indices  # (B,) index of each body in the scene
     scatterers: Indices  # (B,) how many fixed scatterers each body has; 0 for models without

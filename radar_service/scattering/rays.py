@@ -7,14 +7,13 @@ no such integral: they keep their own models and only occlude.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar, Self
+from typing import Self
 
 import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics import CAST, Complexes, Flags, Floats, Indices, body_rotation, direction, generator
 from radar_service.radar import Radar
-from radar_service.records import Fidelity
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
 from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
 from radar_service.scattering.predictions import Conditions
@@ -45,14 +44,6 @@ class RayHits:
         return len(self.body)
 
 
-def hit_amplitude(hits: RayHits, gamma: Floats) -> Complexes:
-    """Root of the cross-section [m] with its phase (H,) that each hit stands for; gamma: (B,) of the bodies of the scene.
-
-    A ray covers the area R^2 dOmega / cos i, of sigma0 = gamma cos i: the cosines cancel, and a hit needs no normal.
-    """
-    return np.asarray(np.sqrt(gamma[hits.body] * hits.range**2 * hits.solid_angle) * hits.phasor)
-
-
 class RayCaster:
     """All triangles of a scene. A ray's first hit counts; what lies behind it is occluded."""
 
@@ -70,19 +61,14 @@ class RayCaster:
         self.sampler, self.seed = sampler, seed
         self._count = rays or RayCount()
         self.gamma: Floats = np.array([body.material.gamma for body in bodies], dtype=np.float64)
-        self._one_sided: Flags = np.array(
-            [body.one_sided for body in bodies], dtype=np.bool_
-        )  # height maps, which do not move
-        resting = [key for key, body in enumerate(bodies) if body.mesh is not None and body.at_rest]
+        self._one_sided: Flags = np.array([body.one_sided for body in bodies], dtype=np.bool_)  # height maps, at rest
+        meshes = {key: body.mesh for key, body in enumerate(bodies) if body.mesh is not None}
+        resting = [key for key in meshes if bodies[key].at_rest]
         self._resting = np.array(resting, dtype=np.int64)
-        self._last_face = np.cumsum([_triangles(bodies[key]) for key in resting])
+        self._last_face = np.cumsum([len(meshes[key].faces) for key in resting])
         merged = merged_mesh([bodies[key] for key in resting])
         self._resting_target = None if merged is None else RayTarget(merged, earth_radius)
-        self._movers = {
-            key: RayTarget(body.mesh, earth_radius)
-            for key, body in enumerate(bodies)
-            if body.mesh is not None and not body.at_rest
-        }
+        self._movers = {key: RayTarget(mesh, earth_radius) for key, mesh in meshes.items() if not bodies[key].at_rest}
 
     def hits(
         self, antenna: Floats, time: float, max_range: float, movers: bool = True, present: Flags | None = None
@@ -126,13 +112,7 @@ class RayCaster:
 
 
 class RaySampledSurfaces(ScatteringModel):
-    """Diffuse bodies (B,) estimated by rays. Rays are always cast over the full circle."""
-
-    by_aspect: ClassVar[bool] = False
-    diffracts: ClassVar[bool] = False  # the horizon hides what rays would hit beyond it
-    lit_by_sea: ClassVar[bool] = False
-    tells_sea_delay: ClassVar[bool] = False
-    has_resting_points: ClassVar[bool] = False
+    """Diffuse bodies (B,) estimated by rays, which are always cast over the full circle and meet nothing beyond the horizon."""
 
     def __init__(self, key: Indices, caster: RayCaster) -> None:
         """key: (B,) index of each body in the scene."""
@@ -154,15 +134,13 @@ class RaySampledSurfaces(ScatteringModel):
         present = instant.line_of_sight.present(instant.time)
         hits = self._caster.hits(antenna, instant.time, instant.max_range, instant.movers, present)
         own = np.flatnonzero(self._index[hits.body] >= 0)
-        body, amplitude = self._index[hits.body[own]], hit_amplitude(hits, self._caster.gamma)[own]
+        # A ray covers the area R^2 dOmega / cos i, of sigma0 = gamma cos i: the cosines cancel, and a hit needs no normal
+        section = self._caster.gamma[hits.body] * hits.range**2 * hits.solid_angle
+        body, amplitude = self._index[hits.body[own]], (np.sqrt(section) * hits.phasor)[own]
         order = np.argsort(body, kind="stable")
         return BodyEchoes.of_points(hits.position[own][order], amplitude[order], body[order])
 
-    @staticmethod
-    @override
-    def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
-        """Returns the cross-section of fixed scatterers."""
-        return DiffuseScattering.max_rcs(body, radar, fidelity)
+    max_rcs = staticmethod(DiffuseScattering.max_rcs)
 
     @staticmethod
     @override
@@ -188,7 +166,3 @@ def _closer_hits(
     which = np.flatnonzero(distance < nearest)
     nearest[which] = distance[which]
     return which, triangle[which]
-
-
-def _triangles(body: Body) -> int:
-    return 0 if body.mesh is None else len(body.mesh.faces)

@@ -13,7 +13,7 @@ from radar_service.radar import Radar
 from radar_service.records import Fidelity
 from radar_service.scattering.fixed_scatterers import FixedScatterers
 from radar_service.scattering.model import BodyEchoes, ScatteringContext
-from radar_service.scattering.predictions import BodyRun, Conditions, RunError
+from radar_service.scattering.predictions import Conditions
 from radar_service.scattering.reflector_patterns import highest_rcs, reflector_area, reflector_text
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer
 from radar_service.world import Body, PoseArrays
@@ -35,7 +35,7 @@ class ReflectorScattering(FixedScatterers):
         """One echo of each reflector, of the amplitude that its pattern has toward the antenna."""
         body, wavelength = self._body[which], self.context.radar.wavelength
         ends = np.broadcast_to(antenna, position.shape)
-        direction = poses.frames_from_map(0, ends, body, self._earth_radius)
+        direction = poses.frames_from_map(0, ends, body, self.context.earth_radius)
         direction /= np.maximum(np.linalg.norm(direction, axis=1, keepdims=True), 1e-9)
         polarization = self._polarization(direction, body, poses)
         area = np.zeros(len(body))
@@ -45,10 +45,6 @@ class ReflectorScattering(FixedScatterers):
             area[row] = reflector_area(reflector, direction[row], polarization[row], wavelength)
         amplitude = (math.sqrt(4.0 * np.pi) / wavelength * area).astype(np.complex128)
         return BodyEchoes.of_points(np.zeros(position.shape), amplitude, body)
-
-    @property
-    def _earth_radius(self) -> float:
-        return self.context.earth_radius
 
     def _polarization(self, direction: Floats, body: Indices, poses: PoseArrays) -> Floats:
         """Unit vectors (E, 3) of the field in the frames of bodies (E,), from unit directions (E, 3) there."""
@@ -72,17 +68,7 @@ class ReflectorScattering(FixedScatterers):
         within = "" if body.reflector.kind == "lens" else f", its lobes to {LOBE_DB:g} dB"
         return f"{reflector_text(body.reflector, conditions.radar)}; a pattern in closed form{within}, {computed}"
 
-    @staticmethod
-    def sampling_db(scatterers: int, multipath: bool) -> float:
-        """A reflector is one point."""
-        return 0.0
-
     @classmethod
     def error_db(cls, body: Body, conditions: Conditions) -> float | None:
         """None at an instant; the closed form is the model. Between two visibility steps the aspect is held."""
         return 0.0
-
-    @staticmethod
-    def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
-        """Returns no error: a reflector has no mesh."""
-        return RunError()

@@ -81,16 +81,9 @@ class Scatterers:
 
 def point_scatterer(position: Floats, span: float = 0.0) -> Scatterers:
     """The single scatterer of a body that counts as a point, at `position` (3,) in its frame [m]; span: its height [m]."""
-    ones = np.ones(1)
-    return Scatterers(
-        position[None, :].copy(),
-        np.zeros((1, 3)),
-        ones,
-        np.full(1, -1),
-        ones.astype(complex),
-        position[2:].copy(),
-        span * ones,
-    )
+    ones, none = np.ones(1), np.full(1, -1)
+    place = position[None, :].copy()
+    return Scatterers(place, np.zeros((1, 3)), ones, none, ones.astype(complex), position[2:].copy(), span * ones)
 
 
 def triangle_middles(mesh: Mesh) -> Floats:
@@ -131,7 +124,7 @@ def sample_surface(
     `min_scatterers` and `max_scatterers`. Up to MAX_STRATA points are drawn one from each stratum of equal expectation. More
     are drawn along the mesh: each triangle gets its expected number to within one.
     """
-    surface = _small_surface(mesh) if len(mesh.faces) <= SMALL else _Surface.of(mesh)
+    surface = _small_surface(mesh) if len(mesh.faces) <= SMALL else _Surface(*normals_and_areas(mesh))
     normal, area = surface.normal, surface.area
     expected = area * density
     total = expected.sum()
@@ -166,11 +159,6 @@ class _Surface:
     normal: Floats
     area: Floats
 
-    @classmethod
-    def of(cls, mesh: Mesh) -> "_Surface":
-        """Of a mesh."""
-        return cls(*normals_and_areas(mesh))
-
     @cached_property
     def plane(self) -> Indices:
         """The plane face (F,) of each triangle."""
@@ -181,7 +169,7 @@ class _Surface:
 @lru_cache(maxsize=64)
 def _small_surface(mesh: Mesh) -> _Surface:
     """The surface of a small mesh, which many bodies may have."""
-    return _Surface.of(mesh)
+    return _Surface(*normals_and_areas(mesh))
 
 
 def _along_mesh(

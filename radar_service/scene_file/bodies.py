@@ -16,7 +16,7 @@ from radar_service.scene_file.checks.mesh_findings import (
     is_under_way,
     size_findings,
 )
-from radar_service.scene_file.convert import presence_from_model
+from radar_service.scene_file.convert import SeawayBuilder, extent_of, hull_from_model, presence_from_model
 from radar_service.scene_file.folder import SceneFolder
 from radar_service.scene_file.model.body import (
     REFLECTOR_SIZES,
@@ -27,14 +27,12 @@ from radar_service.scene_file.model.body import (
     PlatingModel,
     ShapeBodyModel,
 )
-from radar_service.scene_file.model.seaway import HullModel
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
 from radar_service.scene_file.readers.mesh import MAX_FILE_BYTES, LoadedBody, MeshFile
 from radar_service.scene_file.readers.mesh_reader import MeshReader
 from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER_BYTES
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
-from radar_service.scene_file.seaways import SeawayBuilder, extent_of, hull_from_model
 from radar_service.stages.registry import effect_records
 from radar_service.world import (
     PLAIN,
@@ -112,10 +110,12 @@ class BodyLoader:
 
     def _motion(self, k: int) -> Motion:
         model, location = self.models[k], self._location(k)
-        return _cached(self._motions, k, lambda: self._in_seaway(self._without_seaway(model, location), model, location))
 
-    def _without_seaway(self, model: BodyModel, location: str) -> Motion:
-        return motion_from_model(model, self._start(model), location, self.read_track, self._stream)
+        def motion_in_seaway() -> Motion:
+            motion = motion_from_model(model, self._start(model), location, self.read_track, self._stream)
+            return self._in_seaway(motion, model, location)
+
+        return _cached(self._motions, k, motion_in_seaway)
 
     def _in_seaway(self, motion: Motion, model: BodyOfAKind, location: str) -> Motion:
         """The motion with the sway of the seaway; the same motion for bodies that it does not move."""
@@ -125,8 +125,7 @@ class BodyLoader:
         if not self._seaway.moves(model, _is_vessel(model, material)):
             return motion
         mesh = self._mesh(model, location, _scattering(model, material))
-        extent = None if mesh is None else extent_of(mesh, float(self._start(model)[2]))
-        form = hull_from_model(model.hull or HullModel(), extent, model.draught_m, location)
+        form = hull_from_model(model.hull, extent_of(mesh, float(self._start(model)[2])), model.draught_m, location)
         return self._seaway.moved(motion, model, form, model.name)
 
     def _start(self, model: BodyModel) -> Floats:

@@ -16,10 +16,13 @@ from radar_service.scene_file.bodies import BodyLoader
 from radar_service.scene_file.checks.mesh_findings import mesh_notes, mesh_warnings
 from radar_service.scene_file.checks.validity import check_antenna, check_echo_power, placement_warnings, validity_warnings
 from radar_service.scene_file.convert import (
+    OWN_SHIP,
+    builder_from_model,
     environment_from_model,
+    hull_from_model,
     radar_from_model,
     stream_from_model,
-)
+)  # fmt: skip
 from radar_service.scene_file.document import SceneInput, model_and_folder
 from radar_service.scene_file.error_tables import settings_from_models
 from radar_service.scene_file.folder import SceneFolder
@@ -27,10 +30,8 @@ from radar_service.scene_file.installations import at_location, distance_warning
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.platform import PlatformModel, RadarEntry, has_sensors, radar_entries
 from radar_service.scene_file.model.scene import SceneModel
-from radar_service.scene_file.model.seaway import HullModel
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
-from radar_service.scene_file.seaways import OWN_SHIP, builder_from_model, hull_from_model
 from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems
 from radar_service.stages.registry import effect_records, effects_named, numbered_sources
@@ -74,8 +75,7 @@ def scene_from_model(model: SceneModel, folder: Path | None, mesh_reader: MeshRe
         remarks = validity_warnings(world, installation.radar, installation.platform)
         loader.warnings.extend(located(remark, entry.location) for remark in remarks)
         where = (world, installation.radar, installation.platform, terrain)
-        is_afloat = entry.platform is None or entry.platform.body is not None
-        loader.warnings.extend(placement_warnings(*where, is_afloat=is_afloat))
+        loader.warnings.extend(placement_warnings(*where, is_afloat=has_sensors(entry)))
     loader.warnings.extend(mmsi_warnings(ais.ships, [body.name for body in bodies]))
     of_effects = effect_records(model, "scene_keys", lambda effect, given: effect.scene_record(given))
     warnings, notes = tuple(dict.fromkeys(loader.warnings)), tuple(mesh_notes(loader.bodies.findings))
@@ -149,10 +149,8 @@ class _Loader:
         start = np.array([*own_ship.position_m, 0.0])
         motion = motion_from_model(own_ship, start, "own_ship", self.bodies.read_track, self.stream)
         if self.seaway is not None and self.seaway.moves(own_ship, is_vessel=True):
-            hull = own_ship.hull or HullModel()
-            motion = self.seaway.moved(
-                motion, own_ship, hull_from_model(hull, OWN_SHIP, own_ship.draught_m, "own_ship"), "own ship"
-            )
+            form = hull_from_model(own_ship.hull, OWN_SHIP, own_ship.draught_m, "own_ship")
+            motion = self.seaway.moved(motion, own_ship, form, "own ship")
         return Platform(motion)
 
     def _platform(self, platform: PlatformModel) -> Platform | None:
@@ -173,8 +171,8 @@ class _Loader:
 
     def _is_own_ship(self, entry: RadarEntry) -> bool:
         """Whether own ship carries a radar."""
-        body = None if entry.platform is None else entry.platform.body
-        return entry.platform is None or (body is not None and body == self.model.own_ship.body)
+        own_ship = self.model.own_ship
+        return entry.platform is None or (own_ship.body is not None and entry.platform.body == own_ship.body)
 
     def _carrier(self, name: str) -> Platform:
         """Returns the body of that name as a platform."""

@@ -7,12 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from radar_service.numerics import KNOT, Floats
-from radar_service.scene_file.model.moving import (
-    AMPLITUDES,
-    MovingSection,
-    SwaySection,
-    WaypointModel,
-)
+from radar_service.scene_file.model.moving import AMPLITUDES, MovingSection, SwaySection, WaypointModel
 from radar_service.stages.fields import record_of
 from radar_service.world import (
     NO_STREAM,
@@ -112,14 +107,9 @@ def _first(*values: float | None) -> float:
 
 
 def motion_from_waypoints(
-    waypoints: Sequence[WaypointModel],
-    start: Floats,
-    heading_deg: float | None,
-    loop: bool,
-    radius: float | None = None,
-    location: str = "",
-    turn_rate: float | None = None,
-) -> Motion:
+    waypoints: Sequence[WaypointModel], start: Floats, heading_deg: float | None, loop: bool, radius: float | None = None,
+    location: str = "", turn_rate: float | None = None,
+) -> Motion:  # fmt: skip
     """Returns the motion from `start` (3,) [m] through waypoints, each leg at the speed of its end; then the body stops.
 
     With `loop` it returns to the start at the last speed and repeats. A waypoint at the body's position makes no leg. The

@@ -24,7 +24,8 @@ def ais_from_models(model: SceneModel, bodies: Sequence[Body]) -> Ais:
     """Returns the transponders of a scene. bodies: in the order of their models, others after them."""
     ships = [_of_own_ship(model.own_ship)] if model.own_ship.mmsi is not None else []
     ships += [_of_body(of, body) for of, body in zip(model.body, bodies, strict=False) if body.mmsi is not None]
-    return Ais(tuple(ships), _settings(model.ais or AisModel()))
+    reports = model.ais or AisModel()
+    return Ais(tuple(ships), AisSettings(reports.latency_s, reports.loss_percent / 100.0, reports.position_error_m))
 
 
 def mmsi_warnings(ships: Sequence[AisShip], names: Sequence[str]) -> Iterator[str]:
@@ -39,10 +40,6 @@ def mmsi_warnings(ships: Sequence[AisShip], names: Sequence[str]) -> Iterator[st
             f"{location}.mmsi: {number} is not the number of {kind}, so receivers may take it for another station; "
             f"{''.join(fits)}give one like {example}"
         )
-
-
-def _settings(model: AisModel) -> AisSettings:
-    return AisSettings(model.latency_s, model.loss_percent / 100.0, model.position_error_m)
 
 
 def _of_own_ship(model: OwnShipModel) -> AisShip:

@@ -19,11 +19,7 @@ MAX_PROBLEMS = 20  # in one message; the rest is counted
 MAX_KEYS = 3  # that a message names; docs/scenes.md has all
 MAX_DEPTH = 24  # of nested tables and lists; a scene needs six
 MAX_VALUES = 5_000_000
-FORMS = {
-    "list": "array",
-    "table": "object",
-    "flag": "boolean",
-}  # names of the forms of a key with several, and types of JSON
+FORMS = {"list": "array", "table": "object", "flag": "boolean"}  # of a key with several forms: their names, types of JSON
 
 Schema = dict[str, Any]
 

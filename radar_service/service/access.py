@@ -133,8 +133,3 @@ def told_plan(plan: Mapping[str, Any], knows_truth: bool) -> dict[str, Any]:
 def told_fields(fields: Mapping[str, Any], is_blind: bool) -> dict[str, Any]:
     """Returns fields of a radar; where it is blind, without seed, scene's name and number of bodies, which tell a known scene."""
     return {**fields, "seed": 0, "scene": {**fields["scene"], "name": "", "bodies": 0}} if is_blind else dict(fields)
-
-
-def told_warnings(warnings: tuple[str, ...], knows_truth: bool) -> list[str]:
-    """Returns the warnings of a scene; none without the truth."""
-    return list(warnings) if knows_truth else []

@@ -1,7 +1,7 @@
 """The interface between a radar and all receivers of its spokes.
 
 The transmitter hands each `SpokeBatch` to any number of `SpokeSink`s before anything is encoded. The feed is one sink
-(`fanout.feed_encoder`), the memory of the last scan is another (`radio.last_scan`).
+(`fanout.hub.FeedEncoder`), the memory of the last scan is another (`radio.last_scan`).
 """
 
 import secrets

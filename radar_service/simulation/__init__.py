@@ -1,1 +1,1 @@
-"""Parts of the simulator: the engine of a scene, the stream of spokes with commands and errors, the power of sources."""
+"""Parts of the simulator: the engine of a scene, tiles in several processes, the power of sources."""

@@ -1,24 +1,25 @@
 """Sets up what computes the scans of a simulator, with what is requested of sources: labels, powers, radiometric truth."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property
 from threading import Lock
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.engine.preparation import Prepared, prepare
 from radar_service.engine.stitched import near_seed, pulse_scenes
-from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Profiles, Singles, effective_earth_radius
+from radar_service.numerics import BLAS_LIMIT, Flags, Profiles, Singles, effective_earth_radius
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.cost_model import SetUp, first_visibility_update
+from radar_service.plan.cost_model import EngineStatistics, SetUp, engine_statistics, first_visibility_update
 from radar_service.plan.culling import cull
+from radar_service.plan.plan import Plan, plan_for
 from radar_service.plan.settings_search import fidelity_for
-from radar_service.records import Crossing, Fidelity, Labels, Powers, SourceList, SourceRequest, fidelity_from_name
+from radar_service.records import Crossing, Fidelity, Labels, Powers, PowersOf, SourceList, SourceRequest, fidelity_from_name
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
-from radar_service.sources.numbers import source_numbers
+from radar_service.sources.numbers import source_names, source_numbers
 from radar_service.sources.power_window import PulsePowers, ScanPowers, pulse_powers, scan_powers
 from radar_service.sources.radiometric import RadiometricTruth
 from radar_service.trace import OcclusionScene, RayCount
@@ -39,26 +40,7 @@ def check_arguments(scene: Any, seed: int, threads: int, sector: tuple[float, fl
         raise ValueError(f"sector: {sector} is not allowed; two angles [rad] clockwise from north, as (0.0, 0.3)")
 
 
-class AzimuthEngine(Protocol):
-    """What computes the scans of a simulator: the pipeline, or the specification as printed."""
-
-    range: Floats  # (N,) m, where the samples stand
-
-    def tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles]]:
-        """One scan: index of each tile's first azimuth, field (K, N) [sqrt(W)] and power (K, N) [W].
-
-        requested: flags of azimuths (A,); tiles without any may be left out.
-        """
-        ...
-
-
-@runtime_checkable
-class LabelledEngine(Protocol):
-    """An engine that also names the strongest source of each cell. Until that is asked it costs nothing."""
-
-    def labelled_tiles(self, scan: int, requested: Flags | None = None) -> Iterator[tuple[int, Profiles, Singles, Labels]]:
-        """Yields the tiles of a scan, each with its labels (K, N); requested: flags of azimuths (A,), None for all."""
-        ...
+AzimuthEngine = LabellingEngine | LabellingStitchedEngine | DocumentedEngine  # the pipeline, or the specification as printed
 
 
 class EngineSetUp(NamedTuple):
@@ -74,6 +56,14 @@ class EngineSetUp(NamedTuple):
     set_up: SetUp | None
     line_of_sight: OcclusionScene
     pulses: tuple[Prepared, ...] = ()
+
+    def plan(self, scene: Scene, fidelity: Fidelity, *, measured: bool = True) -> Plan:
+        """Returns the plan of its scene. measured: with counts and costs, which take a second to measure."""
+        if self.set_up is None:
+            return plan_for(scene, fidelity)
+        return plan_for(
+            scene, fidelity, engine_statistics(self.set_up) if measured else EngineStatistics(self.set_up.culled)
+        )
 
 
 @BLAS_LIMIT.held()
@@ -123,13 +113,16 @@ def pipeline_set_up(scene: Scene, fidelity: Fidelity, seed: int, noise_seed: int
 
 
 class SourceTile(NamedTuple):
-    """Some azimuths (K,) of a scan from `start` on: field [sqrt(W)] and power [W] (K, N), and what is requested of sources."""
+    """Some azimuths (K,) of a scan from `start` on: field [sqrt(W)] and power [W] (K, N), and what is requested of sources.
+
+    An engine yields its first fields, as many as it computes.
+    """
 
     start: int
     field: Profiles
     power: Singles
-    labels: Labels | None
-    powers: Powers | None
+    labels: Labels | None = None
+    powers: Powers | None = None
 
 
 class SourceTiles:
@@ -149,21 +142,25 @@ class SourceTiles:
     def _powers(self) -> list[PulsePowers]:
         return pulse_powers(self._pulses, source_numbers(self._pulses[-1].scene))
 
-    def sources(self, names: Mapping[int, str]) -> SourceList:
-        """Returns what spokes can tell of the sources of these names."""
+    def sources(self, scene: Scene) -> SourceList:
+        """Returns what spokes can tell of the sources of a scene."""
         reason = "" if self._pulses else DOCUMENTED
-        return SourceList(names, reason, reason)
+        return SourceList(source_names(scene), reason, reason)
 
-    def scan(self, scan: int, requested: Flags | None) -> Iterator[SourceTile]:
-        """Yields the tiles of a scan; only those that hold any of the requested azimuths (A,), where there are flags of these."""
-        request = self.request
-        if request.labels and isinstance(self.engine, LabelledEngine):
-            tiles: Iterator[tuple[int, Profiles, Singles, Labels | None]] = self.engine.labelled_tiles(scan, requested)
+    def scan(self, scan: int, requested: Flags | None) -> Iterator[tuple[Any, ...]]:
+        """Returns the tiles of a scan, each as the first fields of a SourceTile; only those that hold any of the requested
+        azimuths (A,), where there are flags of these."""
+        tiles: Iterator[tuple[Any, ...]]
+        if self.request.labels and not isinstance(self.engine, DocumentedEngine):
+            tiles = self.engine.labelled_tiles(scan, requested)
         else:
-            tiles = ((*tile, None) for tile in self.engine.tiles(scan, requested))
-        powers = ScanPowers(self._powers, scan, request.powers) if request.powers else None
-        for start, field, power, labels in tiles:
-            yield SourceTile(start, field, power, labels, powers.between(start, start + len(field)) if powers else None)
+            tiles = self.engine.tiles(scan, requested)
+        return self._with_powers(tiles, scan, self.request.powers) if self.request.powers else tiles
+
+    def _with_powers(self, tiles: Iterator[tuple[Any, ...]], scan: int, requested: PowersOf) -> Iterator[SourceTile]:
+        powers = ScanPowers(self._powers, scan, requested)
+        for tile in (SourceTile(*fields) for fields in tiles):
+            yield tile._replace(powers=powers.between(tile.start, tile.start + len(tile.field)))
 
 
 class SourceTruth:

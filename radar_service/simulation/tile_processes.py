@@ -7,13 +7,15 @@ that has prepared the scene forks others, which share its memory (docs/decisions
 import contextlib
 import gc
 import os
+import select
 import signal
+import threading
 import weakref
 from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import count
-from time import thread_time
-from typing import NamedTuple, NoReturn
+from time import monotonic, thread_time
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
@@ -21,13 +23,14 @@ from radar_service.numerics import BLAS_LIMIT, Flags, Floats, Indices
 from radar_service.processes.channel import CAN_FORK, Channel, first_ready, forked, portable
 from radar_service.records import SourceRequest
 from radar_service.simulation.engine_set_up import SourceTile, SourceTiles
-from radar_service.simulation.tile_sender import Computed, TileSender
 from radar_service.trace import TREES
 from radar_service.world import Command, Steering, same_at_first
 
 NOBODY = -1  # owns a tile that nobody computes
 LATEST = 0.25  # weight of what a tile took last: a busy machine takes twice as long at times
 UNEVEN = 1.25  # times that new shares take, from which shares are made anew: what was computed ahead is lost then
+BYTES_AHEAD = 32 * 2**20  # of field and power in tiles that wait
+STEERED_AHEAD, STEERED_SECONDS = 2, 1.0  # tiles that wait for so long after an order: the next command may drop them again
 STANDARD_STREAMS = 3  # descriptors that a child keeps
 
 _FORKING: "weakref.WeakSet[TileProcesses]" = weakref.WeakSet()  # those whose children another fork must not hold on to
@@ -95,24 +98,31 @@ class Round(NamedTuple):
     commands: Sequence[Command]
 
 
+class Computed(NamedTuple):
+    """A tile, and the processor time that it took [s]."""
+
+    tile: SourceTile
+    seconds: float
+
+
 STOP = "stop"  # gives up an order
 DONE = "done"  # answers each order, after its tiles
 
 
 class TileProcesses:
-    """Tiles as of SourceTiles, computed in several processes. They are forked with the first scan and end with this object.
+    """The tiles of SourceTiles, computed in several processes. They are forked with the first scan and end with this object.
 
     A process computes about the same azimuths in each scan, since it keeps what it knows of ships there. While another thread
     uses the engine nothing is forked, and a scan is computed in this process; so is the rest of one where a process has died.
     """
 
     def __init__(self, tiles: SourceTiles, steering: Steering, count: int) -> None:
-        """tiles: whose scene `steering` commands; count: of processes, of which 1 is this one."""
-        self.engine, self.request = tiles.engine, tiles.request
+        """tiles: whose scene `steering` commands; count: of processes, at least 2."""
+        self.request = tiles.request
         self._tiles, self._steering, self._length = tiles, steering, tiles.length
-        self._count = count if CAN_FORK and self._length else 1
+        self._count = count
         self._children: list[_Child] = []
-        self._shares = TileShares(-(-steering.scene.radar.azimuths // max(self._length, 1)))
+        self._shares = TileShares(-(-steering.scene.radar.azimuths // self._length))
         self._requested: Flags | None = None
         self._now: Round | None = None  # whose tiles they compute: those of the scan that was begun last
         self._ahead: Round | None = None  # what they compute where nobody has asked yet
@@ -123,12 +133,9 @@ class TileProcesses:
         """The numbers of the processes that there are now."""
         return [child.process for child in self._children]
 
-    def scan(self, scan: int, requested: Flags | None) -> Iterator[SourceTile]:
+    def scan(self, scan: int, requested: Flags | None) -> Iterator[tuple[Any, ...]]:
         """Yields the tiles of a scan, as `SourceTiles.scan`."""
         self._tiles.request = request = self.request
-        if self._count == 1:
-            yield from self._tiles.scan(scan, requested)
-            return
         azimuths, goes_on = self._steering.scene.radar.azimuths, requested is None or requested is self._requested
         self._requested = requested
         flags = np.ones(azimuths, dtype=np.bool_) if requested is None else requested
@@ -222,6 +229,11 @@ class TileProcesses:
         return tile
 
 
+def shared_out(tiles: SourceTiles, steering: Steering, count: int) -> SourceTiles | TileProcesses:
+    """Returns what computes tiles in so many processes: the tiles themselves in one, or where no other can be forked."""
+    return TileProcesses(tiles, steering, count) if count > 1 and CAN_FORK and tiles.length else tiles
+
+
 class _Child:
     """One of the processes, as its parent has it. process: its number; tiles: that were received and not
     yet asked for, or at last what it raised in place of one; is_busy: has an order."""
@@ -308,6 +320,69 @@ def _end(channel: Channel, process: int, handle: int) -> None:
     os.close(handle)
 
 
+class TileSender:
+    """Sends tiles, and the answer after them, in a thread of its own, so that their process computes on while nobody reads.
+
+    A radar takes spokes at the pace of its rotation, first all tiles of one process, then those of the next. Without this each
+    process would wait while those of the others are sent. It is called from one thread.
+    """
+
+    def __init__(self, channel: Channel) -> None:
+        self._channel, self._room, self._either = channel, os.eventfd(0), select.poll()
+        for descriptor in (channel.fileno(), self._room):
+            self._either.register(descriptor, select.POLLIN)
+        self._waiting: deque[Computed | Exception | str] = deque()
+        self._changed = threading.Condition()
+        self._freely = 0.0  # when more than STEERED_AHEAD may wait [s]
+        threading.Thread(target=self._run, name="tiles", daemon=True).start()
+
+    def put(self, message: Computed | Exception | str) -> None:
+        """Queues a message."""
+        with self._changed:
+            self._waiting.append(message)
+            self._changed.notify()
+
+    def begin(self) -> None:
+        """Begins an order: for STEERED_SECONDS no more than STEERED_AHEAD tiles wait."""
+        self._freely = monotonic() + STEERED_SECONDS
+
+    def drop(self) -> None:
+        """Forgets what has not been sent."""
+        with self._changed:
+            self._waiting.clear()
+
+    def has_order(self, most: int) -> bool:
+        """Returns whether the other end has sent an order; waits for one, or until fewer than `most` messages and BYTES_AHEAD are
+        left."""
+        while not (ordered := self._channel.wait(0.0)):
+            soon = self._freely - monotonic()
+            if self._has_room(min(most, STEERED_AHEAD) if soon > 0.0 else most):
+                break
+            events = self._either.poll(1000.0 * soon if soon > 0.0 else None)
+            if any(descriptor == self._room for descriptor, _ in events):
+                os.eventfd_read(self._room)
+        return ordered
+
+    def _has_room(self, most: int) -> bool:
+        with self._changed:
+            return len(self._waiting) < most and sum(map(_size, self._waiting)) < BYTES_AHEAD
+
+    def _run(self) -> None:
+        with contextlib.suppress(Exception):  # of any kind, such as that the other end is gone
+            while True:
+                with self._changed:
+                    self._changed.wait_for(lambda: self._waiting)
+                    message = self._waiting.popleft()
+                os.eventfd_write(self._room, 1)
+                self._channel.send(message)
+        self._channel.close()  # so that whoever computes, and the other end, find out
+
+
+def _size(message: Computed | Exception | str) -> int:
+    """The size of the field and the power in a message [bytes]."""
+    return message.tile.field.nbytes + message.tile.power.nbytes if isinstance(message, Computed) else 0
+
+
 def _live(channel: Channel, tiles: SourceTiles, steering: Steering) -> NoReturn:
     """Runs a process: it obeys orders until its parent is gone."""
     try:
@@ -344,11 +419,11 @@ def _obey(
     sender.put(answer)
 
 
-def _sent(sender: TileSender, tiles: Iterator[SourceTile], most: int) -> bool:
+def _sent(sender: TileSender, tiles: Iterator[tuple[Any, ...]], most: int) -> bool:
     """Sends tiles, of which at most so many wait; returns False where the order was given up meanwhile."""
     begin = thread_time()
     for tile in tiles:
-        sender.put(Computed(tile, thread_time() - begin))
+        sender.put(Computed(SourceTile(*tile), thread_time() - begin))
         if sender.has_order(most):
             return False
         begin = thread_time()

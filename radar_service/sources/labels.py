@@ -17,8 +17,8 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import StitchedEngine
 from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, Singles
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import Labels
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Labels, square_law
 from radar_service.sources.numbers import BODY, FAINT, source_numbers
 from radar_service.sources.rows import RestingField, WindowedSources, resting_fields, resting_numbers, source_rows
 
@@ -110,10 +110,9 @@ class Labeller:
         moving = self._numbers[[*prepared.moving.visibility.scatterers.key, SECOND_TIME]]
         resting = set(resting_numbers(prepared, self._numbers).tolist())
         may_change = prepared.shadows.possible or bool(resting & set(moving.tolist()))
-        self._at_rest = self._unlabelled(self._azimuths) if resting else None
+        self._at_rest = self._unlabelled(self._azimuths)
         self._resting: dict[int, RestingField] = {}  # where a source at rest may change
         for number, field in resting_fields(prepared, self._numbers, self._noise * (UNCHANGED if may_change else 1.0)):
-            assert self._at_rest is not None
             self._at_rest.offer(number, square_law(field.field), field.rows)
             if may_change:
                 self._resting[number] = field
@@ -143,7 +142,7 @@ class Labeller:
     @cached_property
     def _labels_at_rest(self) -> Labels:
         """Labels (A, bins) of a scan in which nothing moves."""
-        return (self._at_rest or self._unlabelled(self._azimuths)).labels
+        return self._at_rest.labels
 
     def _unlabelled(self, azimuths: int) -> Strongest:
         radar = self._prepared.scene.radar
@@ -177,8 +176,6 @@ class Labeller:
     def _resting_part(self, azimuths: AzimuthTimes, transmitting: Flags, rows: dict[int, Profiles]) -> Strongest:
         """The strongest source at rest in a tile (K,); rows: what changes such sources (K, size)."""
         start, loss = int(azimuths.number[0]) % self._azimuths, resting_loss(self._prepared, azimuths)
-        if self._at_rest is None:
-            return self._unlabelled(len(transmitting))
         changed = {
             number: transmitting & self._exceeds(gridded, UNCHANGED * self._noise)
             for number, gridded in rows.items()

@@ -15,8 +15,8 @@ from radar_service.engine.preparation import Prepared
 from radar_service.engine.range_sidelobes import RangeSidelobes
 from radar_service.engine.stitched import pulse_gain
 from radar_service.numerics import BLAS_LIMIT, Flags, Indices, Profiles, ResultCache, Singles
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import PowersOf
+from radar_service.receive import receiver_noise_power
+from radar_service.records import PowersOf, square_law
 from radar_service.sources.numbers import NOISE
 from radar_service.sources.rows import RestingField, resting_field, resting_numbers, source_rows
 
@@ -123,6 +123,9 @@ class SourcePowers:
         return field, power
 
 
+MakeTile = Callable[[SourcePowers, int, int], TilePowers]
+
+
 class PulsePowers(NamedTuple):
     """The powers of sources as one pulse has them, in the bins `columns` that it serves; gain: their factor there."""
 
@@ -150,27 +153,18 @@ class ScanPowers:
     def __init__(self, pulses: Sequence[PulsePowers], scan: int, of: PowersOf) -> None:
         """of: the sources that matter; no other one is computed."""
         self._pulses, self._scan, self._of = pulses, scan, of
-        self._newest: dict[int, tuple[int, TilePowers]] = {}  # of each pulse: first azimuth of a tile, and the tile
+        self._newest: dict[SourcePowers, tuple[int, TilePowers]] = {}  # of each pulse: first azimuth of a tile, and the tile
 
     def between(self, first: int, stop: int) -> dict[int, Singles]:
         """The power (K, bins) [W] of each source from one azimuth to another; a source without power is left out."""
-        shape = stop - first, self._pulses[-1].columns.stop
-        powers: dict[int, Singles] = {}
-        for k, (of_pulse, columns, gain) in enumerate(self._pulses):
-            at = 0
-            for _, start, rows in _spans(of_pulse.prepared, first, stop):
-                part, at = slice(at, at + rows.stop - rows.start), at + rows.stop - rows.start
-                for number, power in self._tile(k, start).power.items():
-                    served = gain * power[rows, columns]
-                    if served.any():
-                        powers.setdefault(number, np.zeros(shape, dtype=np.float32))[part, columns] = served
-        return dict(sorted(powers.items()))
+        window = PowerWindow(self._pulses, first, stop, self._tile)
+        return {number: power for number in window.sources if (power := window.power(number)).any()}
 
-    def _tile(self, k: int, start: int) -> TilePowers:
+    def _tile(self, powers: SourcePowers, _: int, start: int) -> TilePowers:
         """The tile of a pulse that begins at an azimuth. Tiles of other pulses end elsewhere, so one may serve twice."""
-        if k not in self._newest or self._newest[k][0] != start:
-            self._newest[k] = start, self._pulses[k].powers.computed(self._scan, start, self._of)
-        return self._newest[k][1]
+        if powers not in self._newest or self._newest[powers][0] != start:
+            self._newest[powers] = start, powers.computed(self._scan, start, self._of)
+        return self._newest[powers][1]
 
 
 def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
@@ -181,10 +175,12 @@ def scan_powers(pulses: Sequence[PulsePowers], scan: int) -> dict[int, Singles]:
 class PowerWindow:
     """Azimuths (K,) from one number since the start to another. number: (K,) of each."""
 
-    def __init__(self, pulses: Sequence[PulsePowers], first: int, stop: int) -> None:
-        """first, stop: number of the first azimuth, 0 or more, and of the one after the last."""
+    def __init__(
+        self, pulses: Sequence[PulsePowers], first: int, stop: int, tile: MakeTile = SourcePowers.tile
+    ) -> None:  # fmt: skip
+        """first, stop: number of the first azimuth, 0 or more, and of the one after the last; tile: of a scan from an azimuth."""
         self.number: Indices = np.arange(first, stop)
-        self._parts = [(pulse, _tiles(pulse.powers, first, stop)) for pulse in pulses]
+        self._parts = [(pulse, _tiles(pulse.powers, first, stop, tile)) for pulse in pulses]
 
     @property
     def sources(self) -> list[int]:
@@ -218,9 +214,9 @@ class PowerWindow:
         return joined
 
 
-def _tiles(powers: SourcePowers, first: int, stop: int) -> list[tuple[TilePowers, slice]]:
+def _tiles(powers: SourcePowers, first: int, stop: int, tile: MakeTile) -> list[tuple[TilePowers, slice]]:
     """The tiles that hold the azimuths from one number to another, and which rows of each."""
-    return [(powers.tile(scan, start), rows) for scan, start, rows in _spans(powers.prepared, first, stop)]
+    return [(tile(powers, scan, start), rows) for scan, start, rows in _spans(powers.prepared, first, stop)]
 
 
 def _spans(prepared: Prepared, first: int, stop: int) -> Iterator[tuple[int, int, slice]]:

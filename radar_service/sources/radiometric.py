@@ -20,10 +20,9 @@ from radar_service.numerics import (
     wrap_angle,
     wrap_bearing,
 )
-from radar_service.propagation import elevation_gain, local_attenuation, received_amplitude
-from radar_service.propagation.radar_equation import attenuation
-from radar_service.receive import receiver_noise_power, square_law
-from radar_service.records import Extent, Radiometry
+from radar_service.propagation import attenuation, elevation_gain, local_attenuation, received_amplitude
+from radar_service.receive import receiver_noise_power
+from radar_service.records import Extent, Radiometry, square_law
 from radar_service.sources.numbers import BODY, source_numbers
 from radar_service.sources.power_window import PowerWindow, pulse_powers
 from radar_service.sources.rows import spread_echoes
@@ -157,12 +156,8 @@ class RadiometricTruth:
         amplitude *= elevation_gain(self._radar, elevation_of(observed)) * window.transmitting
         amplitude *= self._radar.azimuth_gain(wrap_angle(boresight - np.arctan2(observed[:, 0], observed[:, 1])))
         middle = distance[len(distance) // 2]
-        echo = BeamWeightedEchoes(
-            np.array([middle]),
-            (distance - middle).astype(np.float32)[None],
-            amplitude.astype(np.complex64)[None],
-            np.array([body]),
-        )
+        migration, of_beam = (distance - middle).astype(np.float32)[None], amplitude.astype(np.complex64)[None]
+        echo = BeamWeightedEchoes(np.array([middle]), migration, of_beam, np.array([body]))
         power = np.zeros((len(time), self._radar.bins), dtype=np.float32)
         for pulse in self._pulses:
             compression = pulse.powers.prepared.compression

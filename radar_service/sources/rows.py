@@ -14,7 +14,7 @@ from radar_service.echo import BeamWeightedEchoes, Echoes
 from radar_service.engine.pipeline import Contributions
 from radar_service.engine.preparation import MAX_TILE, Prepared, beam_rows, column
 from radar_service.numerics import Flags, Indices, Profiles
-from radar_service.receive import square_law
+from radar_service.records import square_law
 
 
 class RestingField(NamedTuple):

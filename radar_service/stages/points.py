@@ -7,8 +7,14 @@ import numpy as np
 
 from radar_service.echo import AzimuthTimes, BeamWeightedEchoes, apparent_position, max_echo_range
 from radar_service.numerics import Flags, Floats, Indices, effective_earth_radius, polar_from_map, wrap_angle
-from radar_service.propagation import elevation_gain, local_attenuation, radar_two_rays, received_amplitude, two_way_phase
-from radar_service.propagation.radar_equation import attenuation
+from radar_service.propagation import (
+    attenuation,
+    elevation_gain,
+    local_attenuation,
+    radar_two_rays,
+    received_amplitude,
+    two_way_phase,
+)
 from radar_service.radar import STEPS, CrossingSearch
 from radar_service.stages.stage import Context
 from radar_service.trace import OcclusionScene, beyond_horizon

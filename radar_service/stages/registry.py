@@ -98,9 +98,8 @@ def _foreign(entry: EntryPoint) -> Effect:
         effect = entry.load()()
         with_keys(Section, {key: keys[key] for keys in _key_tables(effect) for key in keys}).model_json_schema()
         assert isinstance(effect, Effect) and effect.name, "it is no Effect with a name"
-        assert effect.name not in {field.name for kind in (Crossing, Snapshot) for field in fields(kind)}, (
-            "the truth has its name"
-        )
+        names = {field.name for kind in (Crossing, Snapshot) for field in fields(kind)}
+        assert effect.name not in names, "the truth has its name"
         assert all(source.number is None for source in effect.sources), "the scene gives its sources their numbers"
     except Exception as error:  # of a package that nobody here has written
         return RefusedEffect(entry.name, [{entry.name: (Any, None)}] * 4, str(plug_ins.broken(entry, error)))
@@ -183,18 +182,14 @@ def changed_pattern(radar: Radar, extent: float = MAX_OFFSET) -> ChangedPattern 
     if not radar.effects:
         return None
     aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength)
-    records = tuple((each.name, radar.effects[each.name]) for each in effects_named(radar.effects))
+    records = tuple((each, radar.effects[each.name]) for each in effects_named(radar.effects))
     return None if aperture is None else _changed(aperture, radar.wavelength, records, min(extent, MAX_OFFSET))
 
 
 @lru_cache(maxsize=8)
 def _changed(
-    aperture: Aperture, wavelength: float, records: tuple[tuple[str, Any], ...], extent: float
+    aperture: Aperture, wavelength: float, records: tuple[tuple[Effect, Any], ...], extent: float
 ) -> ChangedPattern | None:
-    kinds = {effect.name: effect for effect in effects()}
-    changes = [
-        change
-        for name, record in records
-        for change in kinds[name].stage().field_changes(record, aperture, wavelength, extent)
-    ]
+    parts = [effect.stage().field_changes(record, aperture, wavelength, extent) for effect, record in records]
+    changes = [change for part in parts for change in part]
     return ChangedPattern(aperture, wavelength, changes) if changes else None

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import arithmetic
 from radar_service.processes.limits import peak_memory
 from radar_service.scans import Scan
 from radar_service.simulator import Simulator

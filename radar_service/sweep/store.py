@@ -103,8 +103,9 @@ class SweepStore:
         for number in self.failures:
             self.fail(number, "")
 
+    @cached_property
     def inputs(self) -> Inputs:
-        """Returns what the sweep is made of."""
+        """What the sweep is made of."""
         group = self._group["inputs"]
         files = {
             int(name.removeprefix("file_")): group[name][:].tobytes() for name in group.array_keys() if name != "description"

@@ -9,12 +9,11 @@ import numpy as np
 
 from radar_service.batch.jobs import Executor, Job, JobLost, Outcome, Progress, outcomes
 from radar_service.batch.worker_processes import WorkerDied
-from radar_service.numerics import ResultCache
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics import ResultCache, arithmetic
 from radar_service.simulator import Simulator
 from radar_service.sweep.inputs import Inputs, program
 from radar_service.sweep.layout import StoreLayout
-from radar_service.sweep.spec import SweepError, SweepRun
+from radar_service.sweep.spec import SweepError
 from radar_service.sweep.store import SweepStore, held, lay_out
 from radar_service.sweep.variables import ScanReader
 from radar_service.terminal import NO_ROOM, named_errors
@@ -24,65 +23,43 @@ KEPT_SCENES = 2  # runs that differ in seed alone come one after the other
 MAX_REASON = 500  # characters of why a run failed
 
 
-@dataclass(frozen=True)
-class RunTask:
-    """One run of the sweep in a store. digest: of the store that is meant, should another one stand at its address."""
-
-    address: str
-    digest: str
-    number: int
-
-
-@dataclass(frozen=True)
-class OpenStore:
-    """A store and what it is made of, as a worker keeps them from run to run."""
-
-    store: SweepStore
-    inputs: Inputs
-
-
-_stores: ResultCache[Hashable, OpenStore] = ResultCache(2)
+_stores: ResultCache[Hashable, SweepStore] = ResultCache(2)
 _scenes: ResultCache[Hashable, Scene] = ResultCache(KEPT_SCENES)
 _last = threading.local()  # the last simulator of each thread: the next one shares its trees for ray tests
 
 
-def run(task: RunTask) -> None:
-    """Computes a run, writes it, and marks it as finished; does nothing where it is finished.
+def run(address: str, digest: str, number: int) -> None:
+    """Computes a run of a store, writes it, and marks it as finished; does nothing where it is finished.
 
-    Raises SweepError for a store of something else and for values that are not possible, and OSError.
+    digest: of the store that is meant. Raises SweepError for another one and for values that are not possible, and OSError.
     """
-    opened = _stores.get((task.address, task.digest), lambda: _opened(task))
-    if opened.store.is_finished(task.number):
+    store = _stores.get((address, digest), lambda: _opened(address, digest))
+    if store.is_finished(number):
         return
-    of = opened.inputs.runs[task.number]
-    scene = _scenes.get((task.digest, of.scene, repr(of.values), of.radar), lambda: opened.inputs.scene(of))
-    simulator = Simulator(scene, opened.inputs.spec.fidelity, of.seed, labels="labels" in opened.inputs.spec.keep)
-    write_run(opened.store, opened.inputs, of, simulator)
-    _last.simulator = simulator
-
-
-def write_run(store: SweepStore, inputs: Inputs, run: SweepRun, simulator: Simulator) -> None:
-    """Computes the scans of a run chunk by chunk, and writes them; the mark comes last. Raises SweepError and OSError."""
-    reader = ScanReader(simulator, inputs.spec, store.variables, store.sizes, store.body_names())
+    of, spec = store.inputs.runs[number], store.inputs.spec
+    scene = _scenes.get((digest, of.scene, repr(of.values), of.radar), lambda: store.inputs.scene(of))
+    simulator = Simulator(scene, spec.fidelity, of.seed, labels="labels" in spec.keep)
+    reader = ScanReader(simulator, spec, store.variables, store.sizes, store.body_names())
     scans, per_chunk = store.sizes["scan"], store.scans_per_chunk
     for first in range(0, scans, per_chunk):
         rows = [reader.arrays(simulator.scan()) for _ in range(min(per_chunk, scans - first))]
-        store.write(run.number, first, {name: np.stack([row[name] for row in rows]) for name in rows[0]})
-    store.write(run.number, 0, reader.of_run())
-    store.finish(run.number)
+        store.write(number, first, {name: np.stack([row[name] for row in rows]) for name in rows[0]})
+    store.write(number, 0, reader.of_run())
+    store.finish(number)
+    _last.simulator = simulator
 
 
-def _opened(task: RunTask) -> OpenStore:
-    store = SweepStore(task.address)
-    if store.digest != task.digest:
-        raise SweepError(f"{task.address}: another store stands there now; begin again")
+def _opened(address: str, digest: str) -> SweepStore:
+    store = SweepStore(address)
+    if store.digest != digest:
+        raise SweepError(f"{address}: another store stands there now; begin again")
     for key, here in (("program", program()), ("arithmetic", arithmetic())):
         if store.made_of[key] != here:
             raise SweepError(
                 f"{key}: this worker has {here}, and the store {store.made_of[key]}; bytes would differ: use equal "
                 "machines and the same version"
             )
-    return OpenStore(store, store.inputs())
+    return store
 
 
 @dataclass
@@ -113,7 +90,7 @@ def run_sweep(
         store.clear()
         left = np.flatnonzero(~store.finished).tolist()
         tally.kept = len(inputs.runs) - len(left)
-        jobs = (Job(f"run {number}", (RunTask(address, store.digest, number),)) for number in left)
+        jobs = (Job(f"run {number}", (address, store.digest, number)) for number in left)
         with contextlib.closing(outcomes(run, jobs, executor, give_up=None)) as some:
             for outcome in progress(some, len(left)):
                 _note(store, outcome, tally)
@@ -124,7 +101,7 @@ def run_sweep(
 
 def _note(store: SweepStore, outcome: Outcome, tally: Tally) -> None:
     """Counts a run; of one that failed the store gets the reason. Raises SweepError and OSError where no run can go on."""
-    error, number = outcome.error, outcome.job.arguments[0].number
+    error, number = outcome.error, outcome.job.arguments[2]
     if error is None:
         tally.done += 1
         return

@@ -14,5 +14,6 @@ if TYPE_CHECKING:
     from radar_service.terminal.output_files import (
         NO_ROOM, add_overwrite, make_folder, named_errors, prepare, write_file, written
     )  # fmt: skip
+    from radar_service.terminal.progress_bar import progress
 else:
     __getattr__, __dir__ = lazily(__name__)

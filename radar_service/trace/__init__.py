@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from radar_service.public_names import lazily
 
 if TYPE_CHECKING:
-    from radar_service.trace.box_tree import Boxes
+    from radar_service.trace.box_tree import Boxes, interleaved
     from radar_service.trace.embree import TREES, RayCount, TriangleScene
     from radar_service.trace.land_mask import WATER, LandMask
     from radar_service.trace.line_of_sight import OcclusionScene, SurfacePoints

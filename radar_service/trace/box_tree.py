@@ -136,13 +136,13 @@ def _enclosing(boxes: Boxes) -> Boxes:
 
 def curve_order(points: Floats) -> Indices:
     """The order (N,) of points (N, 3) along the Morton curve through their bounding box."""
-    return np.argsort(_curve(points), kind="stable")
-
-
-def _curve(points: Floats) -> NDArray[np.uint64]:
-    """Places (N,) of points (N, 3) on the Morton curve through their bounding box."""
     low, size = points.min(axis=0), np.ptp(points, axis=0)
     cells = ((points - low) / np.maximum(size, 1e-30) * (2**BITS - 1)).astype(np.uint64)
+    return np.argsort(interleaved(cells), kind="stable")
+
+
+def interleaved(cells: NDArray[np.uint64]) -> NDArray[np.uint64]:
+    """Places (N,) of cells (N, 3), each coordinate below 2^BITS, on the Morton curve: their bits in turn."""
     x, y, z = (_spread_bits(cells[:, axis]) for axis in range(3))
     return np.asarray(x | (y << np.uint64(1)) | (z << np.uint64(2)))
 

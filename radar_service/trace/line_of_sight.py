@@ -7,24 +7,14 @@ from typing import NamedTuple, Self
 
 import numpy as np
 
-from radar_service.numerics import (
-    STEADY,
-    Flags,
-    Floats,
-    Indices,
-    Polar,
-    ResultCache,
-    Revision,
-    distances_from_map,
-    map_from_deck,
-)
+from radar_service.numerics import STEADY, Flags, Floats, Indices, ResultCache, Revision, distances_from_map
 from radar_service.trace.embree import RayCount
 from radar_service.trace.land_mask import LandMask
 from radar_service.trace.moving_occluders import MovingOccluders
 from radar_service.trace.occluder import Occluder, beyond_horizon
 from radar_service.trace.shadow_sectors import ShadowSectors, on_the_way, shadow_sectors
-from radar_service.trace.triangle_clusters import BodyTriangles, TriangleClusters
-from radar_service.world import MAP_POSE, Body, BodyPose, Presences, merged_mesh, pose_at
+from radar_service.trace.triangle_clusters import TriangleClusters
+from radar_service.world import MAP_POSE, Body, BodyPose, Presences, is_ground, merged_mesh, pose_at
 
 
 class SurfacePoints(NamedTuple):
@@ -47,21 +37,19 @@ class OcclusionScene:
         themselves; rays: counts the rays cast, where given; revision: of the bodies' motions."""
         self.earth_radius = earth_radius
         self._resting: Flags = np.array([body.at_rest for body in bodies], dtype=np.bool_)
-        self._occludes: Flags = np.array(
-            [b.mesh is not None and i not in without for i, b in enumerate(bodies)], dtype=np.bool_
-        )
+        occludes = [body.mesh is not None and i not in without for i, body in enumerate(bodies)]
+        self._occludes: Flags = np.array(occludes, dtype=np.bool_)
         self._plan = np.array([[*body.middle_at(0.0)[:2], body.radius] for body in bodies]).reshape(-1, 3)
         self._speed = np.array([body.top_speed for body in bodies])
-        self._faces: Indices = np.array(
-            [0 if body.mesh is None else len(body.mesh.faces) for body in bodies], dtype=np.int64
-        )
+        faces = [0 if body.mesh is None else len(body.mesh.faces) for body in bodies]
+        self._faces: Indices = np.array(faces, dtype=np.int64)
         resting_faces = np.where(self._resting, self._faces, 0)
         self._first_face = np.cumsum(resting_faces) - resting_faces  # of each body in the merged mesh
         merged = merged_mesh([body for body in bodies if body.at_rest])
         self._resting_occluder = None if merged is None else Occluder(merged, earth_radius, rays)
         self.moving = MovingOccluders(bodies, earth_radius, without, rays, revision)
         self._bodies, self.revision = tuple(bodies), revision
-        self._triangles = BodyTriangles(bodies)
+        self._triangles: ResultCache[int, TriangleClusters] = ResultCache(max(1, len(bodies)))
         self._land: ResultCache[None, LandMask | None] = ResultCache(1)
 
     @property
@@ -88,67 +76,29 @@ class OcclusionScene:
         return self.moving.present(time)
 
     def visible(
-        self,
-        points: SurfacePoints,
-        antenna: Floats,
-        time: float,
-        max_range: float,
-        movers: bool = True,
-        among: Collection[int] | None = None,
-        over_horizon: float = 0.0,
-    ) -> Flags:
+        self, points: SurfacePoints, antenna: Floats, time: float, max_range: float, movers: bool = True,
+        over_horizon: float = 0.0, reflection: Floats | None = None,
+    ) -> Flags:  # fmt: skip
         """Which points (E,) have a line of sight to the antenna (3,) at `time` [s].
 
-        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; among: the only bodies
-        that can, besides the points' own one, where that is known from `other_occluders`; over_horizon: height up to which fields
-        reach beyond the horizon [m].
+        max_range: beyond it nothing is visible [m]; movers: whether bodies that move may occlude; over_horizon: height up to
+        which fields reach beyond the horizon [m]; reflection: (E, 3) of the rays on the sea [m], None: direct ones.
         """
-        return self._seen(points, None, antenna, time, max_range, movers, among, over_horizon)
-
-    def visible_by_sea(
-        self,
-        points: SurfacePoints,
-        reflection: Floats,
-        antenna: Floats,
-        time: float,
-        max_range: float,
-    ) -> Flags:
-        """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
-
-        Other arguments as `visible`. Both ways are straight lines: from the antenna to the sea, where land or a hull may stand in
-        its place, and on to the point.
-        """
-        return self._seen(points, reflection, antenna, time, max_range)
-
-    def _seen(
-        self,
-        points: SurfacePoints,
-        reflection: Floats | None,
-        antenna: Floats,
-        time: float,
-        max_range: float,
-        movers: bool = True,
-        among: Collection[int] | None = None,
-        over_horizon: float = 0.0,
-    ) -> Flags:
-        """Tests visibility for `visible` and, where there are reflection points (E, 3), for `visible_by_sea`."""
         position = points.position
         distance, slant = distances_from_map(position, antenna, self.earth_radius)
         over = beyond_horizon(distance, position[:, 2], float(antenna[2]), self.earth_radius, over_horizon)
         visible: Flags = ~over & (slant < max_range)
-        every = np.flatnonzero(visible)
-        for occluder, pose, key, which in self._occluders(points, every, antenna, time, movers, among):
-            left = which[visible[which]]
-            own = self._resting[points.body[left]] if key is None else points.body[left] == key
-            if own.any() or occluder.may_occlude(pose, antenna, position[left]):
-                origin = antenna
-                if reflection is not None:
-                    hidden = occluder.occludes(pose, antenna, reflection.take(left, axis=0))
-                    visible[left[hidden]] = False
-                    left, own = left[~hidden], own[~hidden]
-                    origin = reflection.take(left, axis=0)
-                visible[left[self._occluded_by(occluder, pose, points, origin, left, own)]] = False
-        if movers and among is None and self.has_movers:
+        left, occluder = np.flatnonzero(visible), self._resting_occluder
+        own = self._resting[points.body[left]]
+        if occluder is not None and (own.any() or occluder.may_occlude(MAP_POSE, antenna, position[left])):
+            origin = antenna
+            if reflection is not None:
+                hidden = occluder.occludes(MAP_POSE, antenna, reflection.take(left, axis=0))
+                visible[left[hidden]] = False
+                left, own = left[~hidden], own[~hidden]
+                origin = reflection.take(left, axis=0)
+            visible[left[self._occluded_by(occluder, points, origin, left, own)]] = False
+        if movers and self.has_movers:
             left = np.flatnonzero(visible)
             body, place = points.body[left], position.take(left, axis=0)
             foot = None if reflection is None else reflection.take(left, axis=0)
@@ -156,6 +106,16 @@ class OcclusionScene:
             hidden = self.moving.occluded_surfaces(*args)
             visible[left] = ~hidden
         return visible
+
+    def visible_by_sea(
+        self, points: SurfacePoints, reflection: Floats, antenna: Floats, time: float, max_range: float
+    ) -> Flags:
+        """Which points (E,) the antenna (3,) observes by rays that the sea reflects at `reflection` (E, 3) on the map [m].
+
+        Other arguments as `visible`. Both ways are straight lines: from the antenna to the sea, where land or a hull may stand in
+        its place, and on to the point.
+        """
+        return self.visible(points, antenna, time, max_range, reflection=reflection)
 
     def occludes_itself(self, body: Indices, time: float, movers: bool = True) -> Flags:
         """Which of bodies (B,) their own parts occlude at `time` [s]; movers: whether moving ones do."""
@@ -177,22 +137,17 @@ class OcclusionScene:
         near &= on_the_way(plan, body, antenna[:2], moved)
         return np.flatnonzero(near).tolist()
 
-    def posed_triangles(
-        self, bodies: Sequence[int], antenna: Floats, time: float
-    ) -> list[tuple[TriangleClusters, BodyPose]]:
+    def posed_triangles(self, bodies: Sequence[int], time: float) -> list[tuple[TriangleClusters, BodyPose]]:
         """The triangles of bodies with meshes and their poses at `time` [s], present or not."""
-        poses = {key: pose for _, pose, key in self.moving.chosen(bodies, time)}
-        return [(self._triangles.of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
+        poses = self.moving.poses_of(bodies, time)
+        return [(self._triangles_of(key), poses.get(key) or pose_at(self._bodies[key], time)) for key in bodies]
 
-    def motion_of(self, body: int, time: Floats) -> tuple[TriangleClusters, Floats, Floats]:
-        """The triangles of a body with a mesh; its positions (K, 3) [m] and rotations (K, 3, 3) map_from_body at times (K,)."""
-        pose = self._bodies[body].motion.pose(time)
-        turn = map_from_deck(pose.heading, *np.zeros((2, len(time)))) if pose.rotation is None else pose.rotation
-        return self._triangles.of(body), pose.position, turn
-
-    def moved_within(self, body: int, time: float, span: float) -> float:
-        """`Body.moved_within` of a body."""
-        return self._bodies[body].moved_within(time, span)
+    def _triangles_of(self, key: int) -> TriangleClusters:
+        """The triangles of a body with a mesh, in clusters that are made when they are needed first."""
+        body = self._bodies[key]
+        assert body.mesh is not None
+        mesh = body.mesh
+        return self._triangles.get(key, lambda: TriangleClusters(mesh, is_ground(body)))
 
     def following(self, bodies: Sequence[Body], revision: Revision = STEADY) -> Self:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
@@ -228,51 +183,18 @@ class OcclusionScene:
         """The sectors that the moving bodies may occlude at `time` [s], as if all were present."""
         return self.moving.sectors(antenna, time)
 
-    def shadowed(self, position: Floats, polar: Polar, antenna: Floats, time: float) -> Indices:
-        """Indices of resting positions that a moving body occludes at `time` [s], each once.
-
-        position: (E, 3), visible past all bodies at rest; polar: the same relative to the antenna (3,).
-        """
-        return np.flatnonzero(self.moving.occluded(position, polar.distance, antenna, time))
-
-    def _occluders(
-        self,
-        points: SurfacePoints,
-        which: Indices,
-        antenna: Floats,
-        time: float,
-        movers: bool,
-        among: Collection[int] | None,
-    ) -> list[tuple[Occluder, BodyPose, int | None, Indices]]:
-        """The occluder of bodies at rest and those of `among` that may occlude any of points `which` (W,) at `time` [s].
-
-        Each with its pose, body index (None: all bodies at rest), and indices of the points. The resting one comes first, but a
-        mover that all points lie on comes before it, as it occludes most of itself.
-        """
-        result: list[tuple[Occluder, BodyPose, int | None, Indices]] = []
-        own = set(np.flatnonzero(np.bincount(points.body[which])).tolist())
-        resting = among is None or bool(self._resting[[*own, *among]].any())
-        if self._resting_occluder is not None and resting:
-            result.append((self._resting_occluder, MAP_POSE, None, which))
-        if movers and among is not None:
-            result += [(*mover, which) for mover in self.moving.chosen(own.union(among), time)]
-        return sorted(result, key=lambda occluder: {occluder[2]} != own)
-
-    def _occluded_by(
-        self, occluder: Occluder, pose: BodyPose, points: SurfacePoints, origin: Floats, which: Indices, own: Flags
-    ) -> Flags:
-        """Of points `which` (W,), those that this occluder occludes from an origin (3,), or from one each (W, 3); `own` (W,)
-        flags points on the occluder itself."""
-        if own.all():
-            triangles = self._own_triangles(points, which)
-            return occluder.self_occluded(pose, origin, points.position.take(which, axis=0), triangles)
-        if not own.any():
-            return occluder.occludes(pose, origin, points.position.take(which, axis=0))
+    def _occluded_by(self, occluder: Occluder, points: SurfacePoints, origin: Floats, which: Indices, own: Flags) -> Flags:
+        """Of points `which` (W,), those that bodies at rest occlude from an origin (3,), or from one each (W, 3); `own` (W,)
+        flags points on one of these."""
         occluded = np.zeros(len(which), dtype=np.bool_)
-        triangles = self._own_triangles(points, which[own])
-        own_origin, other_origin = (origin, origin) if origin.ndim == 1 else (origin[own], origin[~own])
-        occluded[own] = occluder.self_occluded(pose, own_origin, points.position[which[own]], triangles)
-        occluded[~own] = occluder.occludes(pose, other_origin, points.position[which[~own]])
+        for some, on_it in ((np.flatnonzero(own), True), (np.flatnonzero(~own), False)):
+            if not len(some):
+                continue
+            begin, place = origin if origin.ndim == 1 else origin[some], points.position.take(which[some], axis=0)
+            if on_it:
+                occluded[some] = occluder.self_occluded(MAP_POSE, begin, place, self._own_triangles(points, which[some]))
+            else:
+                occluded[some] = occluder.occludes(MAP_POSE, begin, place)
         return occluded
 
     def _own_triangles(self, points: SurfacePoints, which: Indices) -> tuple[Indices, Indices]:

@@ -30,22 +30,17 @@ class MovingOccluders:
         revision: Revision = STEADY,
     ) -> None:  # fmt: skip
         """Arguments as `OcclusionScene`."""
-        moving = {
-            i: body.mesh for i, body in enumerate(bodies) if body.mesh is not None and not body.at_rest and i not in without
-        }
-        of_mesh = {
-            id(mesh): Occluder(mesh, earth_radius, rays) for mesh in {id(mesh): mesh for mesh in moving.values()}.values()
-        }
-        self._occluders = {i: of_mesh[id(mesh)] for i, mesh in moving.items()}
-        self._kinds, self._earth_radius = OccluderKinds.of(list(self._occluders.values())), earth_radius
-        self.keys: Indices = np.array(list(self._occluders), dtype=np.int64)
+        keys = [i for i, body in enumerate(bodies) if body.mesh is not None and not body.at_rest and i not in without]
+        meshes = {id(body.mesh): body.mesh for body in (bodies[i] for i in keys) if body.mesh is not None}
+        of_mesh = {number: Occluder(mesh, earth_radius, rays) for number, mesh in meshes.items()}
+        self._kinds, self._earth_radius = OccluderKinds.of([of_mesh[id(bodies[i].mesh)] for i in keys]), earth_radius
+        self.keys: Indices = np.array(keys, dtype=np.int64)
         self._number: Indices = np.full(len(bodies), -1)
         self._number[self.keys] = np.arange(len(self.keys))
         self.presences = Presences(bodies)
         self.presence_time: float | None = None  # of presence, where it is not that of the poses
-        middles = [bodies[i].middle for i in self._occluders]
-        self._middle: Floats = np.array(middles).reshape(-1, 3)
-        self._follow([bodies[i] for i in self._occluders], revision)
+        self._middle: Floats = np.array([bodies[i].middle for i in keys]).reshape(-1, 3)
+        self._follow([bodies[i] for i in keys], revision)
 
     def as_of(self, time: float) -> Self:
         """The same where those bodies are present that are at `time` [s], whatever the instant of their poses."""
@@ -130,15 +125,15 @@ class MovingOccluders:
         poses = self._instant(antenna, time)[0]
         return PosedOccluders(self._kinds, poses, self._earth_radius)
 
-    def chosen(self, keys: Collection[int], time: float) -> list[tuple[Occluder, BodyPose, int]]:
-        """The bodies of `keys` that move and are present: occluder, pose at `time` [s], and index of the body."""
+    def poses_of(self, keys: Collection[int], time: float) -> dict[int, BodyPose]:
+        """Poses at `time` [s] of those bodies of `keys` that move and are present."""
         present = self.present(time)
-        moving = [key for key in keys if key in self._occluders and present[key]]
+        moving = [key for key in keys if self._number[key] >= 0 and present[key]]
         if not moving:
-            return []
+            return {}
         numbers = self._number[moving]
         poses = self._poses.at(np.array([time]), numbers)
-        return [(self._occluders[key], poses.of_body(0, n), key) for key, n in zip(moving, numbers.tolist(), strict=True)]
+        return {key: poses.of_body(0, n) for key, n in zip(moving, numbers.tolist(), strict=True)}
 
     def sectors(self, antenna: Floats, time: float) -> ShadowSectors:
         """The sectors (N,) that the bodies may occlude from the antenna (3,) at `time` [s], as if all were present."""
@@ -158,7 +153,7 @@ class MovingOccluders:
         """The same occluders, moving as other `bodies` of the scene do. revision: of their motions."""
         other = copy(self)
         other.presences = Presences(bodies)
-        other._follow([bodies[i] for i in self._occluders], revision)
+        other._follow([bodies[i] for i in self.keys.tolist()], revision)
         return other
 
     def _follow(self, bodies: Sequence[Body], revision: Revision) -> None:

@@ -22,20 +22,15 @@ class Occluder:
 
     def __init__(self, mesh: Mesh, earth_radius: float, rays: RayCount | None = None) -> None:
         """rays: counts the rays cast, where given."""
-        self._scene = TriangleScene(curved_vertices(mesh, earth_radius), mesh.faces, rays)
+        self.scene = TriangleScene(curved_vertices(mesh, earth_radius), mesh.faces, rays)  # in its own frame
         self._earth_radius = earth_radius
         self.top = mesh.top  # in its own frame [m]
-        self._scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
-
-    @property
-    def scene(self) -> TriangleScene:
-        """The ray tests of the curved body, in its own frame."""
-        return self._scene
+        self.scene.first_hit(np.zeros(3), np.array([[0.0, 0.0, 1.0]]))  # builds the tree now, not under the first beam
 
     @property
     def sphere(self) -> tuple[Floats, float]:
         """Middle (3,) and radius [m] of the curved body's bounding sphere, in its own frame."""
-        return self._scene.centre, self._scene.radius
+        return self.scene.centre, self.scene.radius
 
     def may_occlude(self, pose: BodyPose, antenna: Floats, points: Floats) -> bool:
         """Whether this body may occlude any of `points` (E, 3) of others from `antenna` (3,), on the map [m].
@@ -48,9 +43,9 @@ class Occluder:
         low, high = np.array([east.min(), north.min()]), np.array([east.max(), north.max()])
         width = float(np.hypot(*(high - low))) / 2.0
         line = (low + high) / 2.0 - antenna[:2]
-        toward = pose.map_from_frame(self._scene.centre)[:2] - antenna[:2]
+        toward = pose.map_from_frame(self.scene.centre)[:2] - antenna[:2]
         along = np.clip(toward @ line / max(float(line @ line), 1e-12), 0.0, 1.0)
-        return float(np.hypot(*(toward - along * line))) <= width + self._scene.radius * 1.001 + TOLERANCE
+        return float(np.hypot(*(toward - along * line))) <= width + self.scene.radius * 1.001 + TOLERANCE
 
     def occludes(self, pose: BodyPose, origin: Floats, points: Floats) -> Flags:
         """Which of `points` (E, 3) of other bodies this one occludes from `origin` (3,) or (E, 3), all on the map [m]."""
@@ -58,7 +53,7 @@ class Occluder:
         near = slice(None) if self._holds(origin) else np.flatnonzero(self._close_to_body(origin, line))
         occluded = np.zeros(len(line), dtype=np.bool_)
         begin, skipped = self._begun_nearby(origin if origin.ndim == 1 else origin[near], line[near])
-        occluded[near] = self._scene.occluded(begin, line[near], reach_of(line[near], skipped))
+        occluded[near] = self.scene.occluded(begin, line[near], reach_of(line[near], skipped))
         return occluded
 
     def self_occluded(self, pose: BodyPose, origin: Floats, points: Floats, own: tuple[Indices, Indices]) -> Flags:
@@ -68,7 +63,7 @@ class Occluder:
         that counts as a point.
         """
         origin, line = self._lines_of_sight(pose, origin, points)
-        return hit_before(self._scene, origin, self._begun_nearby(origin, line)[0], line, own)
+        return hit_before(self.scene, origin, self._begun_nearby(origin, line)[0], line, own)
 
     def _lines_of_sight(self, pose: BodyPose, origin: Floats, points: Floats) -> tuple[Floats, Floats]:
         begin = pose.frame_from_map(origin, self._earth_radius)
@@ -78,15 +73,15 @@ class Occluder:
         """`begun_nearby` of lines of sight from an origin (3,), or from one each."""
         if self._holds(origin):  # the same bytes
             return origin, np.zeros(len(line))
-        return begun_nearby(origin, line, self._scene.centre - origin, self._scene.radius)
+        return begun_nearby(origin, line, self.scene.centre - origin, self.scene.radius)
 
     def _holds(self, origin: Floats) -> bool:
         """Whether all lines of sight begin within the body's bounding sphere, from an origin (3,)."""
-        return origin.ndim == 1 and bool(np.linalg.norm(self._scene.centre - origin) <= self._scene.radius)
+        return origin.ndim == 1 and bool(np.linalg.norm(self.scene.centre - origin) <= self.scene.radius)
 
     def _close_to_body(self, origin: Floats, line: Floats) -> Flags:
         """`passes_by` of lines of sight from an origin (3,), or from one each."""
-        return passes_by(line, self._scene.centre - origin, self._scene.radius)
+        return passes_by(line, self.scene.centre - origin, self.scene.radius)
 
 
 def begun_nearby(origin: Floats, line: Floats, toward: Floats, radius: Floats | float) -> tuple[Floats, Floats]:

@@ -1,12 +1,12 @@
 """The triangles of a mesh in clusters and groups of clusters, to find the few that a test in space concerns."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from radar_service.numerics import Flags, Floats, Indices, ResultCache
 from radar_service.trace.box_tree import Boxes, curve_order
-from radar_service.world import Body, Mesh, is_ground
+from radar_service.world import Mesh
 
 CLUSTER, GROUP = 16, 64  # triangles in a cluster, clusters in a group: the boxes of a million triangles take 12 MB
 KEPT = 256  # answers to questions
@@ -48,21 +48,6 @@ class TriangleClusters:
         cluster = cluster[concerns(self._clusters[cluster])]
         corners = self._vertices[self._faces[_members(self._order[cluster], CLUSTER, len(self._faces))]]
         return np.asarray(corners[concerns(corners)])
-
-
-class BodyTriangles:
-    """The triangles of bodies with meshes, in clusters that are made when they are needed first."""
-
-    def __init__(self, bodies: Sequence[Body]) -> None:
-        self._meshes = [body.mesh for body in bodies]
-        self._ground = [is_ground(body) for body in bodies]
-        self._kept: ResultCache[int, TriangleClusters] = ResultCache(max(1, len(bodies)))
-
-    def of(self, body: int) -> TriangleClusters:
-        """Returns the clusters of a body that has a mesh."""
-        mesh = self._meshes[body]
-        assert mesh is not None
-        return self._kept.get(body, lambda: TriangleClusters(mesh, self._ground[body]))
 
 
 def _members(group: Indices, size: int, count: int) -> Indices:

@@ -44,8 +44,8 @@ class CrossingTruth:
             {"radar": self._scene.radar_id, "body": body.name, "mmsi": body.mmsi, "length": body.length, "beam": body.beam}
             for body in bodies
         ]
-        every = np.arange(len(bodies))
-        self._at_start = self._filled(_empty(len(bodies)), every, every, np.zeros(len(bodies)))
+        every, (points, numbers) = np.arange(len(bodies)), (np.empty((2, len(bodies), 3)), np.empty((2, len(bodies))))
+        self._at_start = self._filled(References(*points, *numbers), every, every, np.zeros(len(bodies)))
         self._search = crossing_search(self._scene, lambda which, time: self._references(which, time).position, len(bodies))
 
     @BLAS_LIMIT.held()
@@ -130,8 +130,8 @@ class CrossingTruth:
         rows = zip(*(column.tolist() for column in columns.values()), *water, strict=True)
         keys = (*columns, "water_course", "water_speed")
         arrays = bodies, points.position, points.velocity, tcpa
-        told = self._truth.why_invisible(bodies, time), self._geographic(points.position)
-        others = zip(*(array.tolist() for array in arrays), *told, strict=True)
+        texts = self._truth.why_invisible(bodies, time), self._geographic(points.position)
+        others = zip(*(array.tolist() for array in arrays), *texts, strict=True)
         return [
             dict(zip(keys, row, strict=True)) | self._identities[body] | place
             | {"position": triple(position), "velocity": triple(velocity), "reason": reason, "visible": not reason,
@@ -161,10 +161,6 @@ class CrossingTruth:
                 *(column.tolist() for column in columns), *water_tracks(self._scene, pose), strict=True
             )
         ]  # fmt: skip
-
-
-def _empty(count: int) -> References:
-    return References(np.empty((count, 3)), np.empty((count, 3)), np.empty(count), np.empty(count))
 
 
 def closest_approach(offset: Floats, velocity: Floats) -> tuple[Floats, Floats]:

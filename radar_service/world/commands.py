@@ -1,8 +1,10 @@
 """Commands to own ship and to bodies: what they may order, and all that a world has been given."""
 
 import math
+from bisect import bisect_right
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from operator import attrgetter
 from typing import Any
 
 from radar_service.numerics import KNOT, MAX_COORDINATE
@@ -109,9 +111,7 @@ class Steerable:
         """Returns the values of a command to `body` as `Command` has them. Raises CommandError."""
         limits = self.limits_of(body)
         given = {key: value for key, value in values.items() if value is not None}
-        unknown = [key for key in given if key not in KEYS]
-        if unknown:
-            raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+        _check_keys(given)
         if not given.keys() - {"at_once"}:
             raise CommandError(f"a command without a value: give at least one of {', '.join(KEYS[:-1])}")
         if body is None and "present" in given:
@@ -166,10 +166,7 @@ class CommandLog:
 
     def acting_at(self, spoke: int) -> int:
         """Returns how many commands act at a spoke, where they came in the order of their spokes."""
-        later = 0
-        while later < len(self._commands) and self._commands[-1 - later].spoke > spoke:
-            later += 1
-        return len(self._commands) - later
+        return bisect_right(self._commands, spoke, key=attrgetter("spoke"))
 
     def command(self, spoke: int | None, body: str | None, values: Mapping[str, Any], time: float | None = None) -> Command:
         """Returns a command from a spoke on, or at a time [s], for `add`. Here it is checked, and nowhere later.
@@ -226,10 +223,14 @@ def command_from(data: Mapping[str, Any]) -> Command:
     """Returns the command of plain data, whose values are still to be checked. Raises CommandError for an unknown key."""
     values = dict(data)
     spoke, time, body, by = (values.pop(key, None) for key in ("spoke", "time", "body", "by"))
-    unknown = [str(key) for key in values if key not in KEYS]
-    if unknown:
-        raise CommandError(f"{unknown[0][:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
+    _check_keys(values)
     return Command(spoke, time, body, by=by, **values)  # a spoke and a time of any kind are checked later
+
+
+def _check_keys(values: Mapping[str, Any]) -> None:
+    for key in values:
+        if key not in KEYS:
+            raise CommandError(f"{str(key)[:100]}: not a key of a command; allowed are {', '.join(KEYS)}")
 
 
 def _number(key: str, value: Any, low: float, high: float) -> float:

@@ -8,9 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics import KNOT, Flags, Floats, Indices, ResultCache, bearing_text, wrap_bearing
-from radar_service.world.stream import NO_STREAM, Stream, crab_angle, turn_factor
-from radar_service.world.sway import SwayLaw, SwayState, UprightMotion
-from radar_service.world.waypoint_arcs import move_along_arc
+from radar_service.world.seaway import NO_STREAM, Stream, SwayLaw, SwayState, UprightMotion, crab_angle, turn_factor
 
 
 class Pose(NamedTuple):
@@ -248,13 +246,8 @@ class Motion:
 
     @cached_property
     def latest_velocity(self) -> Floats:
-        """Velocity (M, 3) [m/s] at the end of each segment; where it stands, of the last one that moves; or 0."""
-        velocity = self.segment_velocity
-        if self.arcs is not None:
-            course, speed, rate = self.arcs.T
-            last = course + rate * np.append(np.diff(self.time), 0.0)
-            at_end = np.stack([speed * np.sin(last), speed * np.cos(last), 0.0 * speed], axis=1)
-            velocity = np.where(self.curved[:, None], at_end, velocity)
+        """Velocity (M, 2) [m/s] at the end of each segment; where it stands, of the last one that moves; or 0."""
+        _, velocity = self.knot_velocities()
         moves = np.flatnonzero(np.hypot(velocity[:, 0], velocity[:, 1]) > 0.0)
         if not len(moves):
             return np.zeros_like(velocity)
@@ -285,6 +278,17 @@ class Motion:
         velocity = np.where(t[:, None] >= self.time[0], self.final_velocity, 0.0)
         heading = np.full(len(t), self._first_heading)
         return Pose(self.position[0] + elapsed * self.final_velocity, velocity, heading)
+
+
+def move_along_arc(course: Floats, speed: Floats, rate: Floats, elapsed: Floats) -> tuple[Floats, Floats]:
+    """Returns displacement (K, 3) [m] and velocity (K, 3) [m/s] at `elapsed` (K,) [s] after the start of arcs.
+
+    course: (K,) at the start [rad]. speed: (K,) [m/s]. rate: (K,) of turn [rad/s], not 0.
+    """
+    now = course + rate * elapsed
+    radius, up = speed / rate, np.zeros(len(now))
+    displacement = np.stack([radius * (np.cos(course) - np.cos(now)), radius * (np.sin(now) - np.sin(course)), up], axis=-1)
+    return displacement, np.stack([speed * np.sin(now), speed * np.cos(now), up], axis=-1)
 
 
 def in_stream(motion: Motion, stream: Stream, keeps_heading: bool) -> Motion:

@@ -56,15 +56,11 @@ class BodyPose:
         A leaning body curves along its own axes: that errs by less than its size squared over ae, 1 mm for 100 m.
         """
         local = points - self.position
-        if self.rotation is not None:
-            if np.isfinite(earth_radius):
-                local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
-            return np.asarray(local @ self.rotation)
-        if self.heading != 0.0:
+        if self.rotation is None and self.heading != 0.0:
             local = local @ body_rotation(self.heading)
         if np.isfinite(earth_radius):
             local[..., 2] -= (local[..., 0] ** 2 + local[..., 1] ** 2) / (2.0 * earth_radius)
-        return local
+        return local if self.rotation is None else np.asarray(local @ self.rotation)
 
 
 MAP_POSE = BodyPose(np.zeros(3), 0.0)  # of a mesh whose vertices are map coordinates

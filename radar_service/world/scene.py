@@ -1,27 +1,95 @@
 """The content of a scene in SI units: a world, one of its radars, and the platform that carries the radar's antenna.
 
-Positions are east, north, up [m] on the map; angles are in radians. `load` builds these records; all are frozen.
+Positions are east, north, up [m] on the map; angles are in radians. `load` builds these records; all are frozen. A service knows
+the outline of a scene: the bodies and their meshes stay with what computes.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
-from radar_service.numerics import STEADY, Flags, Floats, Revision, effective_earth_radius, name_key
+from radar_service.numerics import STEADY, Flags, Floats, Revision, effective_earth_radius, map_from_deck, name_key
 from radar_service.radar import FIRST_ID, Radar, horizon, max_rpm
 from radar_service.records import ShipStates
-from radar_service.world.ais import Ais
 from radar_service.world.body import Body
 from radar_service.world.commands import Steerable
 from radar_service.world.environment import Environment
 from radar_service.world.error import SceneError
-from radar_service.world.error_settings import ErrorSettings
 from radar_service.world.motion import Motion
-from radar_service.world.platform import Installation, Platform
+from radar_service.world.reporting import Ais, ErrorSettings
+from radar_service.world.seaway import NO_STREAM, Stream
 from radar_service.world.steered_motion import SteeredMotion
+
+
+@dataclass(frozen=True)
+class Platform:
+    """The carrier of an antenna: own ship, a body of the scene or a fixed site.
+
+    motion: of the point on the sea surface below the antenna, with sway.
+    body: name of the body that it is, which its own radar does not see; None where it is no body of the scene.
+    """
+
+    motion: Motion
+    body: str | None = field(default=None, metadata={"added": 1})  # see truth.truth_file.scene_hash
+
+    @property
+    def text(self) -> str:
+        """What `check` says of it."""
+        east, north, _ = self.motion.pose(0.0).position[0]
+        return f"at east {east:.1f}, north {north:.1f} m" if self.body is None else f"on {self.body}"
+
+    def heading(self, time: Floats) -> Floats:
+        """Returns the heading (K,) [rad] at each time (K,) [s]."""
+        return self.motion.pose(time).heading
+
+    def antenna(self, time: Floats | float, height: float) -> Floats:
+        """Returns positions (K, 3) east, north, height above the sea [m] at each time (K,) [s] of an antenna at the top of
+        an upright mast of `height` [m]; sway tilts and heaves the mast."""
+        pose = self.motion.pose(time)
+        position = pose.position.copy()
+        position[:, 2] = 0.0 if pose.heave is None else pose.heave
+        if pose.rotation is None:
+            position[:, 2] += height
+            return position
+        return position + height * pose.rotation[:, :, 2]
+
+    def upright_from_map(self, time: Floats) -> Floats | None:
+        """Returns matrices (K, 3, 3) from map directions to directions relative to the swaying mast, at each time (K,) [s].
+
+        The result is the direction in which an upright mast on the same heading has the target. None without sway.
+        """
+        if self.motion.sway is None:
+            return None
+        pose = self.motion.pose(time)
+        level = map_from_deck(pose.heading, np.zeros(len(time)), np.zeros(len(time)))
+        return np.asarray(level @ (level if pose.rotation is None else pose.rotation).transpose(0, 2, 1))
+
+
+@dataclass(frozen=True)
+class Installation:
+    """A radar of a scene file, and where it stands.
+
+    id: unique in the scene.
+    radar: the parameters of the set.
+    platform: the carrier of its antenna.
+    environment: of the scene, with the attenuation at the radar's frequency.
+    errors: on purpose, of the radar and of its platform; None without any.
+    has_sensors: whether the platform has gyro, log and position sensor: a fixed site has none.
+    ais: the transponders around it, and that of its platform: own ship that is no body is in the world of its own radars alone.
+    gnss_offset: of the platform's antenna of satellite navigation, starboard and forward of its position [m].
+    """
+
+    id: str
+    radar: Radar
+    platform: Platform
+    environment: Environment
+    errors: ErrorSettings | None
+    has_sensors: bool
+    ais: Ais = Ais()
+    gnss_offset: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -167,16 +235,9 @@ class Scene:
             return self
         known = known_radar(radar_id, self.radar_ids)
         installation = next(installation for installation in self.radars if installation.id == known)
-        world = replace(self.world, environment=installation.environment)
+        own = {name: getattr(installation, name) for name in ("radar", "platform", "errors", "ais", "gnss_offset")}
         return replace(
-            self,
-            world=world,
-            radar=installation.radar,
-            platform=installation.platform,
-            radar_id=installation.id,
-            errors=installation.errors,
-            ais=installation.ais,
-            gnss_offset=installation.gnss_offset,
+            self, world=replace(self.world, environment=installation.environment), radar_id=installation.id, **own
         )
 
     def with_world(self, **changes: Any) -> "Scene":
@@ -229,3 +290,41 @@ def scene_at_rpm(scene: Scene, rpm: float) -> Scene:
             f"scene's prf_hz; give at most {60.0 * radar.prf / radar.azimuths:g}, or use a scene with a higher prf_hz"
         )
     return replace(scene, radar=replace(radar, rotation_period=60.0 / rpm))
+
+
+NOT_STEERABLE = Steerable({}, frozenset(), None)
+
+
+@dataclass(frozen=True)
+class SceneOutline:
+    """What is known of a scene besides its bodies.
+
+    notes: sentences about its files that need no action; whoever uploads the scene gets them.
+    steerable: what commands may steer.
+    errors: on purpose, which the serving process adds; None without any.
+    radar_id: of the radar; radar_ids: of all radars of its file.
+    has_sensors: whether the platform has gyro, log and position sensor.
+    stream: of the water over ground, east and north [m/s].
+    ais: the transponders of the scene; gnss_offset: as of Scene.
+    """
+
+    name: str
+    origin: tuple[float, float] | None
+    body_count: int
+    warnings: tuple[str, ...]
+    radar: Radar
+    notes: tuple[str, ...] = ()
+    steerable: Steerable = NOT_STEERABLE
+    errors: ErrorSettings | None = None
+    radar_id: str = FIRST_ID
+    radar_ids: tuple[str, ...] = (FIRST_ID,)
+    has_sensors: bool = True
+    stream: Stream = NO_STREAM
+    ais: Ais = Ais()
+    gnss_offset: tuple[float, float] = (0.0, 0.0)
+
+
+def outline_of(scene: "Scene") -> SceneOutline:
+    """Returns what is known of a scene besides its bodies."""
+    of_scene = {field.name: getattr(scene, field.name) for field in fields(SceneOutline) if field.name != "stream"}
+    return SceneOutline(**of_scene, stream=scene.environment.stream)

@@ -9,15 +9,11 @@ import numpy as np
 from typing_extensions import override
 
 from radar_service.numerics import KNOT, Flags, Floats
-from radar_service.world.motion import Motion, Pose, in_stream
+from radar_service.world.motion import Motion, Pose, in_stream, move_along_arc
+from radar_service.world.seaway import NO_STREAM, Stream, SwayLaw, SwayState, crab_angle
 from radar_service.world.seaway_motion import EASING
-from radar_service.world.stream import NO_STREAM, Stream, crab_angle
-from radar_service.world.sway import SwayLaw, SwayState
-from radar_service.world.waypoint_arcs import move_along_arc
 
-LOOK_BACK = (
-    12_000.0  # s: a segment continues backward so long, two rotations at 0.01 rpm; the engine looks back for one at most
-)
+LOOK_BACK = 12_000.0  # s: so long a segment continues backward: two rotations at 0.01 rpm; the engine looks back for one
 MAX_SEGMENTS = 1024  # remembered, of each motion: 20 s of poses at 50 Hz
 
 

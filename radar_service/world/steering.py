@@ -5,6 +5,7 @@ from bisect import bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
+from operator import attrgetter
 from threading import Lock
 from types import MappingProxyType
 from typing import Any
@@ -16,8 +17,10 @@ from radar_service.world.commands import Command, check_count
 from radar_service.world.motion import Motion
 from radar_service.world.presence import Presence, SteeredPresence
 from radar_service.world.scene import Scene
+from radar_service.world.seaway import NO_STREAM, Stream
 from radar_service.world.steered_motion import MotionSegment, SteeredMotion, SteeringLimits
-from radar_service.world.stream import NO_STREAM, Stream
+
+_spoke, _time = attrgetter("spoke"), attrgetter("time")  # of a command
 
 
 def with_motions(
@@ -217,11 +220,3 @@ def _on_course(command: Command, segment: MotionSegment, course: float, limits: 
         )
     way = turn % math.copysign(2.0 * math.pi, segment.turn_rate)  # round by the side to which it turns
     return segment._replace(turn_time=way / segment.turn_rate)
-
-
-def _spoke(command: Command) -> int:
-    return command.spoke
-
-
-def _time(command: Command) -> float:
-    return command.time

@@ -13,8 +13,9 @@ import pytest
 from radar_service.__main__ import main
 from radar_service.batch.dask_cluster import ClusterError, check_versions, cluster, common_facts, worker_facts
 from radar_service.batch.jobs import Job, JobsFailed, run
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from tests.batch.loopback_cluster import loopback_cluster
+from tests.sweep.sweeps import content, swept
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -42,18 +43,25 @@ def dies_once(folder: Path) -> int:
 
 
 def test_jobs_are_done_there_and_fail_alone(scheduler: str) -> None:
-    with cluster(scheduler) as workers:
-        assert workers.workers == 1 and workers.arithmetic == arithmetic()
-        assert run(squared, [Job(f"job {k}", (k,)) for k in range(5)], workers.executor) == [0, 1, 4, 9, 16]
-        assert run(os.getpid, [Job("where", ())], workers.executor) != [os.getpid()]
+    with cluster(scheduler) as (executor, of_workers):
+        assert of_workers == arithmetic()
+        assert run(squared, [Job(f"job {k}", (k,)) for k in range(5)], executor) == [0, 1, 4, 9, 16]
+        assert run(os.getpid, [Job("where", ())], executor) != [os.getpid()]
         with pytest.raises(JobsFailed, match="1 failed and 1 of 2 are done; job -1: -1 is negative") as failed:
-            run(squared, [Job(f"job {k}", (k,)) for k in (-1, 1)], workers.executor)
+            run(squared, [Job(f"job {k}", (k,)) for k in (-1, 1)], executor)
     assert isinstance(failed.value.__cause__, ValueError)
 
 
 def test_a_worker_that_dies_loses_no_job(scheduler: str, tmp_path: Path) -> None:
-    with cluster(scheduler) as workers:
-        assert run(dies_once, [Job("dies", (tmp_path,))], workers.executor) != [os.getpid()]
+    with cluster(scheduler) as (executor, _):
+        assert run(dies_once, [Job("dies", (tmp_path,))], executor) != [os.getpid()]
+
+
+def test_a_sweep_there_has_the_bytes_of_one_here(scheduler: str, tmp_path: Path) -> None:
+    with cluster(scheduler) as (executor, of_workers):
+        _, there, tally = swept(tmp_path / "there", executor=executor, arithmetic=of_workers)
+    _, here, _ = swept(tmp_path / "here")
+    assert content(there) == content(here) and (tally.done, tally.failed) == (4, {})
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import radar_service.batch.jobs as jobs_module
-from radar_service.batch.jobs import GIVE_UP, Job, JobLost, JobsFailed, Outcome, ResultFolder, outcomes, run
+from radar_service.batch.jobs import GIVE_UP, Job, JobLost, JobsFailed, JobsRefused, Outcome, ResultFolder, outcomes, run
 from radar_service.batch.worker_processes import processes
 from radar_service.numerics.parallel import BLAS_LIMIT
 
@@ -77,7 +77,7 @@ def test_an_error_of_python_itself_is_a_fault_whose_traceback_is_needed(error: E
 
     with pytest.raises(JobsFailed) as failed:
         run(failing, [Job("one", ())])
-    assert failed.value.is_fault is is_fault and failed.value.__cause__ is error
+    assert isinstance(failed.value, JobsRefused) is not is_fault and failed.value.__cause__ is error
 
 
 @pytest.mark.parametrize("elsewhere", [False, True])

@@ -10,7 +10,6 @@ import pytest
 import radar_service as rs
 from radar_service.believed import sea, signals, tracking, verdicts
 from radar_service.believed.bodies import ASPECTS, land_sigma0, nulls, octahedral, pattern, ship_sections, tri_lens
-from radar_service.believed.published import TABLE, TableError, published_rows
 from radar_service.believed.run import BARE, NM, Figure, NotExpressed, Run, around, sections
 from radar_service.believed.sea import reflectivity, seen_in_clutter, wave_heights
 from radar_service.believed.signals import rain_loss, slow_dots, width
@@ -24,37 +23,19 @@ from radar_service.believed.targets import (
     over_beam,
     threshold_in_noise,
 )
-from radar_service.believed.verdicts import REASONS, chosen_rows, measured, page, row_text, write_picture
+from radar_service.believed.verdicts import (
+    REASONS,
+    TABLE,
+    TableError,
+    chosen_rows,
+    measured,
+    page,
+    published_rows,
+    row_text,
+    write_picture,
+)
 from radar_service.bench.detection.detection import Target, ground_distance, signal_to_noise, spoke_gains, steady_detection
 from radar_service.scene_file.load import load_scene
-
-# published: the table of published figures, and what is refused of it.
-TEXT = TABLE.read_text(encoding="utf-8")
-LINE = next(line for line in TEXT.splitlines() if line.startswith("| P06 |"))
-
-
-def test_the_table_has_its_78_rows_and_says_which_count() -> None:
-    rows = published_rows(TEXT)
-    kinds = {kind: sum(row.kind == kind for row in rows) for kind in ("measured", "standard", "manual", "model")}
-    assert len(rows) == 78 and kinds == {"measured": 28, "standard": 22, "manual": 18, "model": 10}
-    assert {row.id for row in rows if row.seen == "R"} == {"K01", "K03", "K06", "L04", "L06", "H01"}
-    assert {row.id for row in rows if row.uncounted and row.kind != "model" and row.seen != "R"} == {
-        "G01", "K04", "K08", "W01", "F04", "B08"
-    }  # fmt: skip
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        (LINE.replace("2 %: definition", ""), "row P06 has no tolerance"),
-        (LINE.replace("| manual |", "| rumour |"), "row P06: kind rumour"),
-        (LINE.replace("| S |", ""), "row P06: 7 columns, not 8"),
-        (f"{LINE}\n{LINE}", "row P06 stands twice"),
-    ],
-)
-def test_a_faulty_row_is_named(text: str, message: str) -> None:
-    with pytest.raises(TableError, match=message):
-        published_rows(text)
 
 
 # sea: the reflectivity that is measured is the engine's law, whatever beam, pulse and power.
@@ -256,7 +237,35 @@ def test_the_horizon_is_that_of_the_earth(tmp_path: Path, earth: float | str, ra
     assert horizon(Run(tmp_path), 9.0, 16.0, earth) == pytest.approx(expected, rel=0.003)  # steps of 0.16 %
 
 
-# verdicts: verdicts of rows, and the page and picture of them.
+# verdicts: the table of published figures, verdicts of its rows, and the page and picture of them.
+TEXT = TABLE.read_text(encoding="utf-8")
+LINE = next(line for line in TEXT.splitlines() if line.startswith("| P06 |"))
+
+
+def test_the_table_has_its_78_rows_and_says_which_count() -> None:
+    rows = published_rows(TEXT)
+    kinds = {kind: sum(row.kind == kind for row in rows) for kind in ("measured", "standard", "manual", "model")}
+    assert len(rows) == 78 and kinds == {"measured": 28, "standard": 22, "manual": 18, "model": 10}
+    assert {row.id for row in rows if row.seen == "R"} == {"K01", "K03", "K06", "L04", "L06", "H01"}
+    assert {row.id for row in rows if row.uncounted and row.kind != "model" and row.seen != "R"} == {
+        "G01", "K04", "K08", "W01", "F04", "B08"
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        (LINE.replace("2 %: definition", ""), "row P06 has no tolerance"),
+        (LINE.replace("| manual |", "| rumour |"), "row P06: kind rumour"),
+        (LINE.replace("| S |", ""), "row P06: 7 columns, not 8"),
+        (f"{LINE}\n{LINE}", "row P06 stands twice"),
+    ],
+)
+def test_a_faulty_row_is_named(text: str, message: str) -> None:
+    with pytest.raises(TableError, match=message):
+        published_rows(text)
+
+
 INSIDE, OUTSIDE = Figure.within("a", 1.0, 1.0, 0.5, "dB"), Figure.least("b", 2.0, 3.0, "NM")
 
 

@@ -1,8 +1,10 @@
-"""Trackers whose faults are known, and a good one: interacting Kalman filters with nearest neighbours. Faults are of it."""
+"""A good tracker, of interacting Kalman filters with nearest neighbours, and others whose faults are known."""
 
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
+from functools import partial, reduce
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -11,10 +13,9 @@ from scipy.optimize import linear_sum_assignment
 from radar_service.bench.scores.judged_scan import judged
 from radar_service.bench.scores.scan_result import ScanResult, TargetTruth
 from radar_service.bench.scores.scoring import at_power_centroids
-from radar_service.bench.trackers.tracker import DataSheet, TrackerInput, TrackState
+from radar_service.bench.trackers.tracker import DataSheet, TrackerInput, TrackState, moved_on
 from radar_service.numerics.types import Floats
 from radar_service.plots.plot import Plot
-from radar_service.truth.crossings import closest_approach
 
 ACCELERATION = 0.0005  # spectral density of white acceleration [m^2/s^3], for all scenarios
 FIRST_SPEED = 20.0  # m/s, standard deviation of a velocity of which nothing is known
@@ -157,33 +158,6 @@ class Imm:
         )
 
 
-class Warns(Imm):
-    """Says CPA and TCPA, alarms, which targets are lost, and that it follows `capacity` targets, which it never exceeds."""
-
-    capacity = 30
-
-    def __init__(self, sheet: DataSheet | None = None) -> None:
-        super().__init__(sheet)
-        self.before: dict[str, TrackState] = {}
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        now = {state.track: self.said(state, scan) for state in list(super().update(scan))[: self.capacity]}
-        lost = [replace(state, lost=True) for name, state in self.before.items() if name not in now]
-        is_full = len(now) == self.capacity
-        self.before = now
-        return [*(replace(state, full=is_full) for state in now.values()), *lost]
-
-    def said(self, state: TrackState, scan: TrackerInput) -> TrackState:
-        """A state with its CPA and what follows from it."""
-        velocity = np.array([state.velocity_east, state.velocity_north])
-        own = scan.speed * np.array([np.sin(scan.course), np.cos(scan.course)])
-        offset = np.array([state.east, state.north]) + (scan.time - state.time) * velocity - (scan.east, scan.north)
-        (cpa,), (tcpa,) = closest_approach(offset[None], (velocity - own)[None])
-        alarm = bool(cpa <= self.sheet.cpa_limit and 0.0 <= tcpa <= self.sheet.tcpa_limit)
-        said = None if np.isnan(tcpa) else float(tcpa)
-        return replace(state, cpa=float(cpa), tcpa=said, alarm=alarm, lost=False)
-
-
 class Obeys(Imm):
     """Acquires in the zone by itself and elsewhere on order, and cancels, but for the orders in `ignored`."""
 
@@ -263,26 +237,6 @@ def _true_state(truth: TargetTruth, own: TrackerInput) -> TrackState:
     )  # fmt: skip
 
 
-class _Wrong(Imm):
-    """A good tracker whose answers are changed."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        return [changed for state in super().update(scan) for changed in self.change(state, scan)]
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        raise NotImplementedError
-
-
-class Frozen(Imm):
-    """Gives the states of its eighth scan for ever."""
-
-    states: Sequence[TrackState] = ()
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        self.states = super().update(scan) if scan.scan < 8 else self.states
-        return self.states
-
-
 class Extrapolates(Imm):
     """Takes no plots after 30 scans, and moves its tracks on honestly."""
 
@@ -292,106 +246,6 @@ class Extrapolates(Imm):
             super().follow(plots)
         for track in self.tracks if self.scans > 30 else ():
             track.missed = 1
-
-
-class Silent(Imm):
-    """Says nothing for 39 scans."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        states = super().update(scan)
-        return states if scan.scan >= 39 else []
-
-
-class Still(_Wrong):
-    """Knows no velocity."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield replace(state, velocity_east=0.0, velocity_north=0.0)
-
-
-class HalfSpeed(_Wrong):
-    """Gives half the velocity."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield replace(state, velocity_east=state.velocity_east / 2.0, velocity_north=state.velocity_north / 2.0)
-
-
-class Reverses(_Wrong):
-    """Reverses its velocities in one scan of ten."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        sign = -1.0 if scan.scan % 10 == 0 else 1.0
-        yield replace(state, velocity_east=sign * state.velocity_east, velocity_north=sign * state.velocity_north)
-
-
-class Delays(Imm):
-    """Gives each answer one scan later, as if it were new."""
-
-    states: Sequence[TrackState] = ()
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        later, self.states = self.states, super().update(scan)
-        return [replace(state, time=state.time + 2.5) for state in later if state.time + 2.5 <= scan.time]
-
-
-class NeverDeletes(Imm):
-    """Keeps every track that it has reported, and says that it coasts."""
-
-    def __init__(self, sheet: DataSheet | None = None) -> None:
-        super().__init__(sheet)
-        self.known: dict[str, TrackState] = {}
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        self.known |= {state.track: state for state in super().update(scan)}
-        return [replace(state, coasting=True) for state in self.known.values()]
-
-
-class Late(_Wrong):
-    """Gives each state a time one second later."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield replace(state, time=state.time + 1.0)
-
-
-class Ghost(Imm):
-    """Has one more track, of nothing."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        ghost = TrackState(track="ghost", time=scan.time, east=9e3, north=9e3, velocity_east=0.0, velocity_north=0.0)
-        return [*super().update(scan), ghost]
-
-
-class Ghosts(Imm):
-    """Has two hundred more tracks, of nothing."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        ghosts = [
-            TrackState(track=f"ghost {k}", time=scan.time, east=25.0 * k, north=-2e3, velocity_east=0.0, velocity_north=0.0)
-            for k in range(200)
-        ]
-        return [*super().update(scan), *ghosts]
-
-
-class Twice(_Wrong):
-    """Has each track twice."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        return (state, replace(state, track=f"{state.track} again"))
-
-
-class NewNames(_Wrong):
-    """Gives each track a new name in each scan."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield replace(state, track=f"{state.track} of scan {scan.scan}")
-
-
-class Swaps(_Wrong):
-    """Swaps the names of its first two tracks at scan 40."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        names: Mapping[str, str] = {"1": "2", "2": "1"} if scan.scan >= 40 else {}
-        yield replace(state, track=names.get(state.track, state.track))
 
 
 class Unfiltered(Imm):
@@ -422,43 +276,6 @@ class Unfiltered(Imm):
         )
 
 
-class _Displaced(_Wrong):
-    """Errs in range [m] and bearing [degrees] from own ship."""
-
-    range_m = bearing_deg = 0.0
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        east, north = state.east - scan.east, state.north - scan.north
-        distance, bearing = np.hypot(east, north) + self.range_m, np.arctan2(east, north) + np.radians(self.bearing_deg)
-        yield replace(
-            state, east=float(scan.east + distance * np.sin(bearing)), north=float(scan.north + distance * np.cos(bearing))
-        )
-
-
-class Far(_Displaced):
-    """Has ranges 150 m too long."""
-
-    range_m = 150.0
-
-
-class VeryFar(_Displaced):
-    """Has ranges 300 m too long."""
-
-    range_m = 300.0
-
-
-class Turned(_Displaced):
-    """Has bearings half a degree too large."""
-
-    bearing_deg = 0.5
-
-
-class VeryTurned(_Displaced):
-    """Has bearings three degrees too large."""
-
-    bearing_deg = 3.0
-
-
 class DropsAtOnce(Imm):
     """Ends a track with its first scan without a plot."""
 
@@ -466,24 +283,6 @@ class DropsAtOnce(Imm):
         states = super().update(scan)
         self.tracks = [track for track in self.tracks if not track.missed]
         return [state for state in states if state.track in {str(track.name) for track in self.tracks}]
-
-
-class FewTracks(_Wrong):
-    """Follows twenty targets at most."""
-
-    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
-        return list(super().update(scan))[:20]
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        yield state
-
-
-class SlowOnly(_Wrong):
-    """Takes what moves faster than 28 knots for noise."""
-
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        if np.hypot(state.velocity_east, state.velocity_north) < 28.0 * 1852.0 / 3600.0:
-            yield state
 
 
 class StartOnly(Imm):
@@ -497,14 +296,185 @@ class StartOnly(Imm):
             self.tracks = [track for track in self.tracks if track.name in names]
 
 
-class Lags(_Wrong):
-    """Follows courses slowly: its velocity is the mean of a minute."""
+EXAMS = (60.0, 180.0)  # s after the first sight, when motion is judged
+ABOUT = 8.0  # s about an exam
 
-    def __init__(self, sheet: DataSheet | None = None) -> None:
+
+def is_exam(time: float) -> bool:
+    """Whether motion may be judged at a time [s]: targets are seen from the first scan on."""
+    return any(abs(time - at) <= ABOUT for at in EXAMS)
+
+
+class UnfilteredBetweenExams(Unfiltered):
+    """Reports the last plot and the difference of the last two, but after one and three minutes."""
+
+    exam = False
+
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        self.exam = is_exam(scan.time)
+        return super().update(scan)
+
+    def state(self, track: _Track, end: float) -> TrackState:
+        return Imm.state(self, track, end) if self.exam else super().state(track, end)
+
+
+Past = Sequence[Sequence[TrackState]]  # the answers of the good tracker to all scans so far
+Lie = Callable[[Past, TrackerInput], Sequence[TrackState]]
+
+
+class Lying(Imm):
+    """Answers what a lie makes of the answers of the good tracker."""
+
+    def __init__(self, lie: Lie, sheet: DataSheet | None = None) -> None:
         super().__init__(sheet)
-        self.mean: dict[str, Floats] = {}
+        self.lie, self.past = lie, list[Sequence[TrackState]]()
 
-    def change(self, state: TrackState, scan: TrackerInput) -> Iterable[TrackState]:
-        now = np.array([state.velocity_east, state.velocity_north])
-        mean = self.mean[state.track] = self.mean.get(state.track, now) * 0.99 + now * 0.01
-        yield replace(state, velocity_east=float(mean[0]), velocity_north=float(mean[1]))
+    def update(self, scan: TrackerInput) -> Sequence[TrackState]:
+        self.past.append(super().update(scan))
+        return self.lie(self.past, scan)
+
+
+def each(change: Callable[[TrackState, TrackerInput], TrackState | None]) -> Lie:
+    """Changes each state, or leaves it out."""
+    return lambda past, scan: [new for state in past[-1] if (new := change(state, scan)) is not None]
+
+
+def only(keeps: Callable[[TrackState, TrackerInput], bool]) -> Lie:
+    """Leaves tracks out."""
+    return each(lambda s, scan: s if keeps(s, scan) else None)
+
+
+def named(name: Callable[[TrackState, TrackerInput], str]) -> Lie:
+    """Changes names."""
+    return each(lambda s, scan: replace(s, track=name(s, scan)))
+
+
+def moving(east: float = 0.0, north: float = 0.0, scale: float = 1.0) -> Lie:
+    """Adds a velocity [m/s], and multiplies that of the track."""
+    return each(lambda s, _: with_velocity(s, scale * complex(s.velocity_east, s.velocity_north) + complex(east, north)))
+
+
+def with_velocity(state: TrackState, velocity: complex) -> TrackState:
+    return replace(state, velocity_east=float(velocity.real), velocity_north=float(velocity.imag))
+
+
+def placed(of: Callable[[complex], complex]) -> Lie:
+    """Changes positions from own ship, east + i north [m]."""
+
+    def change(s: TrackState, scan: TrackerInput) -> TrackState:
+        own = complex(scan.east, scan.north)
+        place = own + of(complex(s.east, s.north) - own)
+        return replace(s, east=float(place.real), north=float(place.imag))
+
+    return each(change)
+
+
+def polar(longer: float = 0.0, turned: float = 0.0) -> Lie:
+    """Adds to ranges [m] and bearings [degrees]."""
+    return placed(lambda p: p * (1.0 + longer / max(abs(p), 1.0)) * np.exp(-1j * np.radians(turned)))
+
+
+def at_scans(is_then: Callable[[int], bool], lie: Lie) -> Lie:
+    """Lies in some scans."""
+    return lambda past, scan: lie(past, scan) if is_then(scan.scan) else past[-1]
+
+
+def between_exams(lie: Lie) -> Lie:
+    """Lies but after one and three minutes."""
+    return lambda past, scan: past[-1] if is_exam(scan.time) else lie(past, scan)
+
+
+def more(of: Callable[[Past, TrackerInput], Iterable[TrackState]]) -> Lie:
+    """Adds tracks."""
+    return lambda past, scan: [*past[-1], *of(past, scan)]
+
+
+def again(past: Past, east: float, name: str = "again") -> Sequence[TrackState]:
+    """All tracks once more, so far to the east [m]."""
+    return [replace(s, track=f"{s.track} {name}", east=s.east + east) for s in past[-1]]
+
+
+def ghost(name: str, east: float, north: float, scan: TrackerInput, speed: float = 0.0) -> TrackState:
+    """A track of nothing, so far from own ship [m]."""
+    return TrackState(
+        track=name, time=scan.time, east=scan.east + east, north=scan.north + north, velocity_east=speed, velocity_north=0.0
+    )
+
+
+def range_of(s: TrackState, scan: TrackerInput) -> float:
+    return float(np.hypot(s.east - scan.east, s.north - scan.north))
+
+
+def speed_of(s: TrackState) -> float:
+    return float(np.hypot(s.velocity_east, s.velocity_north))
+
+
+def still(s: TrackState, scan: TrackerInput) -> TrackState:
+    """A state at the end of the scan, without velocity."""
+    east, north = moved_on((s.east, s.north), (s.velocity_east, s.velocity_north), scan.time - s.time).tolist()
+    return replace(s, time=scan.time, east=east, north=north, velocity_east=0.0, velocity_north=0.0)
+
+
+def delayed(past: Past, scan: TrackerInput) -> Sequence[TrackState]:
+    """The answer of one scan ago, as if it were new."""
+    later = past[-2] if len(past) > 1 else ()
+    return [replace(s, time=s.time + 2.5) for s in later if s.time + 2.5 <= scan.time]
+
+
+def lagging(past: Past, scan: TrackerInput) -> Sequence[TrackState]:
+    """Velocities that are the mean of a minute."""
+    velocities = defaultdict[str, list[complex]](list)
+    for s in (s for states in past for s in states):
+        velocities[s.track].append(complex(s.velocity_east, s.velocity_north))
+    return [with_velocity(s, reduce(lambda mean, v: 0.99 * mean + 0.01 * v, velocities[s.track])) for s in past[-1]]
+
+
+def freezing(past: Past, scan: TrackerInput) -> Sequence[TrackState]:
+    """Each eighth answer seven times more, as if it were new, but after one and three minutes."""
+    period, number = scan.time / (scan.scan + 1), len(past) - 1
+    last = max(k for k in range(len(past)) if k % 8 == 0 or is_exam((k + 1) * period))
+    return past[last] if last == number else [replace(s, time=scan.time) for s in past[last]]
+
+
+def lost(past: Past, scan: TrackerInput) -> Iterable[TrackState]:
+    """Every track that has ended, under a new name."""
+    ended = {s.track: s for before, now in pairwise(past) for s in before if s.track not in {n.track for n in now}}
+    return [replace(s, track=f"lost {s.track}", coasting=True) for s in ended.values()]
+
+
+exchanged = named(lambda s, _: {"1": "2", "2": "1"}.get(s.track, s.track))
+FAULTS: dict[str, Lie] = {
+    "Frozen": lambda past, _: past[:8][-1],  # the states of its eighth scan for ever
+    "Silent": at_scans(lambda k: k < 39, only(lambda s, _: False)),
+    "Still": moving(scale=0.0),
+    "HalfSpeed": moving(scale=0.5),
+    "Reverses": at_scans(lambda k: k % 10 == 0, moving(scale=-1.0)),
+    "Delays": delayed,
+    "NeverDeletes": lambda past, _: [*{s.track: replace(s, coasting=True) for some in past for s in some}.values()],
+    "Late": each(lambda s, _: replace(s, time=s.time + 1.0)),
+    "Ghost": more(lambda _, scan: [ghost("ghost", 9e3, 9e3, scan)]),
+    "Ghosts": more(lambda _, scan: [ghost(f"ghost {k}", 25.0 * k, -2e3, scan) for k in range(200)]),
+    "Twice": more(lambda past, _: again(past, 0.0)),
+    "NewNames": named(lambda s, scan: f"{s.track} of scan {scan.scan}"),
+    "Swaps": at_scans(lambda k: k >= 40, exchanged),
+    "Far": polar(longer=150.0),
+    "VeryFar": polar(longer=300.0),
+    "Turned": polar(turned=0.5),
+    "VeryTurned": polar(turned=3.0),
+    "FewTracks": lambda past, _: past[-1][:20],
+    "SlowOnly": only(lambda s, _: speed_of(s) < 28.0 * 1852.0 / 3600.0),  # takes what is faster for noise
+    "Lags": lagging,
+    "VelocityForExams": between_exams(each(still)),
+    "PositionForExams": between_exams(placed(lambda p: p + 150.0)),
+    "FreezesAndCatchesUp": freezing,
+    "TakesTurns": only(lambda s, scan: bool((int(s.track) + scan.scan) % 2)),
+    "TwoNames": named(lambda s, scan: f"{s.track}{'ab'[scan.scan % 2]}"),
+    "SwapsLate": at_scans(lambda k: k >= 72, exchanged),  # in the last 20 scans of crossing-cpa-500
+    "NearOnly": only(lambda s, scan: range_of(s, scan) < 5.0 * 1852.0),
+    "RenamesTheLost": more(lost),
+}
+WRONG: dict[str, Callable[[DataSheet], Imm]] = {
+    **{name: partial(Lying, lie) for name, lie in FAULTS.items()},
+    **{kind.__name__: kind for kind in (Extrapolates, Unfiltered, DropsAtOnce, StartOnly, UnfilteredBetweenExams)},
+}
+Swaps = WRONG["Swaps"]  # as a tracker of its own

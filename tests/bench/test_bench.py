@@ -9,7 +9,6 @@ import pytest
 
 from radar_service.bench import bench as bench_module
 from radar_service.bench import kept_plots
-from radar_service.bench import single_run as single_module
 from radar_service.bench.bench import bench
 from radar_service.bench.scenario import PlotSettings, Scenario, load_scenario
 from radar_service.bench.scores import verdicts
@@ -131,18 +130,6 @@ def test_a_program_that_changed_is_run_anew(made: list[tuple[str, int]], tmp_pat
     assert {track["track"] for scan in run["scans"] for track in scan["tracks"]} == {"1"}
 
 
-def test_runs_of_another_arithmetic_are_run_anew(
-    made: list[tuple[str, int]], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    scenario = small(tmp_path, 4)
-    for name, runs in (("one", 1), ("one", 1), ("another", 2), ("another", 2)):
-        monkeypatch.setattr(single_module, "arithmetic", lambda name=name: name)
-        bench([scenario], 1, "gnn", tmp_path / "out")
-        assert len(made) == runs
-    (run,) = bench([scenario], 1, "gnn", tmp_path / "out")[1]["small"]
-    assert run["arithmetic"] == "another"
-
-
 @pytest.mark.same_bytes
 def test_a_smoke_test_makes_a_third_of_the_runs_in_rain(made: list[tuple[str, int]], tmp_path: Path) -> None:
     (tmp_path / "rain.toml").write_text(FILE.format(scans=1).replace("noise = true", "noise = true\nrain_mm_h = 1"))
@@ -158,12 +145,6 @@ def test_a_server_is_judged_as_a_program_is(tmp_path: Path) -> None:
     with server(plots_as_tracks) as url:
         (by_socket,) = bench([scenario], 1, url, tmp_path / "out")[0]["scenarios"]
     assert timeless(by_socket) == timeless(by_pipe) and by_pipe["metrics"]["detected"] > 0
-
-
-def test_a_command_of_any_length_has_a_file(tmp_path: Path) -> None:
-    """File systems take 255 characters."""
-    long = f"{program(tmp_path, ECHO)} {'x' * 300}"
-    assert bench([small(tmp_path, 4)], 1, long, tmp_path / "out")[0]["tracker"] == long
 
 
 @pytest.mark.parametrize("seeds", [1, pytest.param(3, marks=pytest.mark.study)])

@@ -10,6 +10,7 @@ from radar_service.bench.kept_plots import observed_run
 from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.single_run import data_sheet, missed_limits, same_for_all, single_run
 from radar_service.bench.trackers.tracker import DataSheet
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.terminal import progress
 from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small
@@ -61,7 +62,8 @@ def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
     run = single_run(small(tmp_path, 3), 0, command, tmp_path / "plots")
     assert (
         same_for_all(command).items() <= run.items()
-        and {"version", "source", "bench", "arithmetic", "program"} <= run.keys()
+        and {"version", "source", "bench", "program"} <= run.keys()
+        and run["arithmetic"] == arithmetic()  # those of another are made anew
     )
     assert run["failure"] is None and len(run["scans"]) == 3 and run["scans"][0]["targets"][0]["body"] == "t"
 
@@ -112,7 +114,7 @@ def test_a_scene_of_one_s_own_judges_a_tracker_in_a_test(seed: int, tmp_path: Pa
     good.memory = {"plots": 0}  # type: ignore[attr-defined]  # of its own: programs alone are asked how much they take
     assert missed_limits(scene, seed, good, plots) == {}
     assert told == [data_sheet(load_scenario(scene))]
-    assert "velocity_kn_1min" in missed_limits(scene, seed, known.Still(), plots)
+    assert "velocity_kn_1min" in missed_limits(scene, seed, known.WRONG["Still"](DataSheet()), plots)
     given = observed_run(plots, load_scenario(scene), seed).results[-1].given
     assert (given.east, given.north) == (50.0, 0.0)
 

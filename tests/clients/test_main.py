@@ -149,6 +149,19 @@ def test_interrupting_the_command_is_clean(tmp_path: Path, instant: str) -> None
     assert not (tmp_path / "a.png").exists()
 
 
+def test_command_writes_a_film(tmp_path: Path) -> None:
+    out, greeting = tmp_path / "a.gif", hello()
+    with running(Script([greeting, *(batch(36 * k, 36, greeting) for k in range(4))], wait=True)) as feed:
+        assert main([feed.url, "--scans", "2", "--out", str(out), "--fps", "5", "--size", "200"]) == 0
+    with Image.open(out) as made:
+        assert (made.size, made.n_frames, made.info["duration"]) == ((200, 200), 24, 200)  # type: ignore[attr-defined]
+        first = np.asarray(made.convert("RGB")).astype(int)
+        made.seek(23)
+        last = np.asarray(made.convert("RGB")).astype(int)
+    lit = np.abs(last - first).sum(axis=2) > 60
+    assert lit[:, :95].any() and lit[:, 105:].any()  # the grey that no spoke had reached, on either side
+
+
 def test_a_reader_that_has_gone_ends_the_command_without_a_word(tmp_path: Path) -> None:
     reader, writer = os.pipe()
     os.close(reader)

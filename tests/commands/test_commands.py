@@ -15,11 +15,11 @@ import radar_service as rs
 from radar_service.__main__ import main
 from radar_service.believed.verdicts import PAGE
 from radar_service.commands.shared_options import SimulatorOptions
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.plan.budget import ErrorBudget
 from radar_service.recording import read
 from radar_service.study import stability
-from radar_service.world import large_mesh
+from radar_service.world import body as world_body
 from radar_service.world.shapes import sphere
 from tests.plots.test_plot_report import SCENE as PLOTTED
 from tests.scenes import ONE_TARGET, TWO_RADARS
@@ -174,7 +174,7 @@ def test_remarks_on_a_large_mesh_are_of_slices(
     (tmp_path / "ball.obj").write_text("\n".join(lines))
     table = {"name": "ball", "mesh": "ball.obj", "scattering": "optics", "position_m": [0, 500, 0]}
     (tmp_path / "scene.json").write_text(json.dumps({"body": [table]}))
-    monkeypatch.setattr(large_mesh, "MAX_JUDGED", 1600)
+    monkeypatch.setattr(world_body, "MAX_JUDGED", 1600)
     assert main(["check", str(tmp_path / "scene.json"), "--all"]) == 0
     output = capsys.readouterr().out
     assert f"these are remarks on 1600 of {len(ball.faces)} facets, in slices across the body" in output

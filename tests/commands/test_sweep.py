@@ -15,7 +15,7 @@ from tests.sweep.sweeps import SPEC, written
 @pytest.fixture
 def in_process(monkeypatch: pytest.MonkeyPatch) -> None:
     """Runs are made in this process: those of others are tested in tests/sweep."""
-    monkeypatch.setattr("radar_service.commands.sweep.processes", lambda jobs, memory: nullcontext())
+    monkeypatch.setattr("radar_service.batch.worker_processes.processes", lambda jobs, memory: nullcontext())
 
 
 @pytest.mark.usefixtures("in_process")

@@ -2,7 +2,6 @@
 
 import math
 from io import BytesIO
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,6 +12,7 @@ from radar_service.display.palettes import colour_map
 from radar_service.display.picture import (
     SEA,
     UNSEEN,
+    Drawing,
     picture_from_power,
     render_png,
 )
@@ -43,9 +43,10 @@ def test_power_that_is_none_is_refused() -> None:
         picture_from_power(np.ones((1, 1)), 0.0)
 
 
+@pytest.mark.parametrize("heading_deg", [0.0, 70.0])
 @pytest.mark.parametrize("head_up", [False, True])
-def test_targets_and_heading_line_stand_where_theory_puts_them(head_up: bool) -> None:
-    azimuths, bins, step, size, heading_deg = 720, 2500, 2.0, 700, 70.0
+def test_targets_and_heading_line_stand_where_theory_puts_them(heading_deg: float, head_up: bool) -> None:
+    azimuths, bins, step, size = 720, 2500, 2.0, 700
     picture = np.zeros((azimuths, bins), dtype=np.uint8)
     for bearing_deg, there in TARGETS:
         row, column = round(bearing_deg * 2), round(there / step - 0.5)
@@ -76,8 +77,10 @@ def test_a_lone_cell_is_not_lost_in_a_small_picture() -> None:
     picture = np.zeros((720, 2500), dtype=np.uint8)
     picture[101, 1234] = 255
     bright = pixels(render_png(picture, 1.0, 2.0, size=200)).astype(int)
+    dim = pixels(render_png(picture, 1.0, 2.0, size=200, interpolation="bilinear")).astype(int)
     shine = np.abs(bright - colour_map()[255]).sum(axis=2)
     assert (shine < 30).sum() == 1
+    assert (np.abs(dim - colour_map()[255]).sum(axis=2) < 30).sum() == 0
 
 
 def test_rows_without_a_spoke_are_grey_and_the_sea_is_dark() -> None:
@@ -124,7 +127,7 @@ def test_pictures_that_cannot_be_drawn_are_refused() -> None:
 @pytest.mark.parametrize(("unit", "step"), [(None, 926.0), ("nm", 926.0), ("m", 1000.0)])
 def test_rings_are_drawn_in_the_unit_and_by_default_in_nautical_miles(unit: Unit | None, step: float) -> None:
     """A picture of 5 km, 600 pixels: along south, where no label stands, rings are brighter than the sea."""
-    drawing: dict[str, Any] = {"unit": unit} if unit else {}
+    drawing = Drawing(unit=unit) if unit else Drawing()
     image = pixels(render_png(np.zeros((360, 100), np.uint8), 25.0, 50.0, size=600, **drawing)).astype(int)
     radius = (600 - 2 * round(0.052 * 600)) / 2
     lit = np.flatnonzero(image[300:, 299].sum(axis=1) > 2 * sum(SEA)) + 0.5

@@ -60,9 +60,10 @@ def slow_picture(
 
 
 @pytest.mark.parametrize("mode", ["bilinear", "peak"])
+@pytest.mark.parametrize("heading_deg", [0.0, 70.0])
 @pytest.mark.parametrize("head_up", [False, True])
-def test_targets_stand_where_theory_puts_them(mode: Interpolation, head_up: bool) -> None:
-    size, range_max, azimuths, step, heading_deg = 501, 5000.0, 720, 2.0, 70.0
+def test_targets_stand_where_theory_puts_them(mode: Interpolation, heading_deg: float, head_up: bool) -> None:
+    size, range_max, azimuths, step = 501, 5000.0, 720, 2.0
     polar = polar_with_targets(azimuths, 2500, step)
     up: Up = math.radians(heading_deg) if head_up else "north"
     image = scan_convert(polar, step / 2, step, size, range_max, up, mode)

@@ -74,18 +74,6 @@ def test_shadows_are_the_echoes_that_a_moving_body_occludes(quay: rs.Scene) -> N
     assert max(counts) > 15 and min(counts) < max(counts) < len(resting)
 
 
-def test_shadows_across_due_south_are_whole() -> None:
-    """Bearings jump there from half a turn to minus half a turn."""
-    points = [point(f"p{k}{n}", 20.0 * k, -600.0 - 50 * n, up=3 + n) for k in range(-6, 7) for n in range(6)]
-    engine = prepared(scene([*points, SHIP | {"position_m": [-20, -400, 0], "speed_kn": 4}], radar=RADAR))
-    resting, step = engine.resting, 3
-    time = (step + 0.5) * engine.moving.visibility.interval
-    hidden = occluded(engine.line_of_sight, resting.position, resting.antenna, time)
-    east = resting.position[hidden, 0]
-    assert (east < 0).sum() > 5 and (east > 0).sum() > 5
-    np.testing.assert_array_equal(engine.shadows.at(step).range, resting.echoes.range[hidden])
-
-
 def test_shadows_are_possible_where_something_moves_before_something_that_rests() -> None:
     target, small = point("t", 0, 900), point("p", 100, 300, speed_kn=5, course_deg=90)
     bodies = {"both": [target, SHIP], "no ship": [target], "a point": [target, small], "no target": [SHIP]}

@@ -1,5 +1,7 @@
 """Land under way for tests: a coast of a few thousand points, and single points in place of it."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,21 +17,13 @@ from radar_service.engine.preparation import Prepared, prepare
 from radar_service.numerics.types import Floats, Profiles
 from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.scattering.resting_points import MapCells
+from radar_service.trace import land_mask
 
 RADAR: dict[str, Any] = {"azimuths": 1024, "beamwidth_deg": 2.0, "range_max_m": 1500, "rpm": 24, "pulse_s": 1e-6}
 FINE: dict[str, Any] = {"azimuths": 2048, "beamwidth_deg": 1.2, "range_max_m": 5600, "rpm": 24, "pulse_s": 1e-6}
-SLAB: dict[str, Any] = {
-    "name": "slab",
-    "shape": "box",
-    "length_m": 9,
-    "width_m": 9,
-    "height_m": 2,
-    "position_m": [0, 3000, 0],
-    "material": "land",
-}
+SIZE = {"shape": "box", "length_m": 9, "width_m": 9, "height_m": 2}
+SLAB: dict[str, Any] = {"name": "slab", **SIZE, "position_m": [0, 3000, 0], "material": "land"}
 OWN_SHIP: dict[str, Any] = {"course_deg": 200.0, "speed_kn": 8.0}
-
-
 FEW = replace(PRESETS["balanced"], scatterers_per_cell=1.0)  # points, so that tests are quick
 
 
@@ -48,11 +42,19 @@ def coast(folder: Path, own_ship: dict[str, Any] = OWN_SHIP, bay: float = 100.0,
     return rs.load_scene(table, folder=folder)
 
 
-def on_grid(made: rs.Scene, fidelity: Fidelity = FEW) -> Prepared:
-    """A scene prepared with its land on the grid, however little that is."""
+@contextmanager
+def always_on_grid() -> Iterator[None]:
+    """Puts land on the grid, however little it is. Its mask has few cells, so that it is soon made."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(land_rows, "ROW_SECONDS", 0.0)
-        return prepare(made, fidelity, 1)
+        patch.setattr(land_mask, "CELLS", 2**14)
+        yield
+
+
+@always_on_grid()
+def on_grid(made: rs.Scene, fidelity: Fidelity = FEW) -> Prepared:
+    """A scene prepared with its land on the grid."""
+    return prepare(made, fidelity, 1)
 
 
 def with_points(prepared: Prepared, position: Floats, antenna: Floats) -> Prepared:

@@ -8,20 +8,18 @@ from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.radar.patterns import printed_gain
 from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
 from radar_service.records.fidelity import Fidelity
-from radar_service.scene_file.load import load_scene
 from radar_service.world.scene import Scene
+from tests import scenes
 from tests.reference.printed_formulas import predicted_psf
 
+RADAR = {"range_max_m": 1500.0, "height_m": 10.0}
 EMBREE = Fidelity("documented", engine="documented")
 ONE_BY_ONE = Fidelity("documented", engine="documented", tracer="moller_trumbore")
 
 
-def scene(
-    *bodies: dict[str, Any], environment: dict[str, Any] | None = None, own_ship: dict[str, Any] | None = None, **radar: Any
-) -> Scene:
-    settings = {"range_max_m": 1500.0, "height_m": 10.0} | radar
+def scene(*bodies: dict[str, Any], environment: Any = None, own_ship: Any = None, **radar: Any) -> Scene:
     named = [{"name": f"body {i}"} | body for i, body in enumerate(bodies)]
-    return load_scene({"radar": settings, "environment": environment or {}, "own_ship": own_ship or {}, "body": named})
+    return scenes.scene(named, radar=RADAR | radar, environment=environment or {}, own_ship=own_ship or {})
 
 
 def point(distance: float, bearing_deg: float, up: float = 10.0) -> dict[str, Any]:
@@ -115,9 +113,8 @@ def test_both_tracers_see_the_same_echoes() -> None:
     for index in (60, 90, 91):
         tree, one_by_one = by_tree.azimuth_field(0, index), by_list.azimuth_field(0, index)
         assert np.abs(tree).max() > 0
-        assert (
-            np.abs(tree - one_by_one).max() <= 1e-6 * np.abs(tree).max()
-        )  # complex64; no ray of 2000 is within 1e-6 of an edge
+        # complex64; no ray of 2000 is within 1e-6 of an edge
+        assert np.abs(tree - one_by_one).max() <= 1e-6 * np.abs(tree).max()
 
 
 def test_azimuths_do_not_depend_on_order_and_seeds_matter() -> None:
@@ -201,9 +198,7 @@ def test_a_one_antenna_radar_is_eclipsed_while_it_transmits() -> None:
         chain(near, far, rays=1, eclipsing=on, range_max_m=2000).azimuth_field(0, 90) for on in (False, True)
     )
     k = round(1499.5 / 1.99861638)
-    assert np.abs(eclipsed[k]) == pytest.approx(
-        np.abs(separate[k]), rel=1e-2
-    )  # c T / 2 = 1498.96 m; sidelobes of the near one
+    assert np.abs(eclipsed[k]) == pytest.approx(np.abs(separate[k]), rel=1e-2)  # c T / 2: 1498.96 m; sidelobes of the near
     assert np.abs(eclipsed[100]) < 0.15 * np.abs(separate[100])  # 1.33 of 10 us are received, where the window is lowest
 
 

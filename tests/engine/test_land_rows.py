@@ -21,7 +21,19 @@ from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.receive.compression import receiver_noise_power
 from radar_service.records.fidelity import PRESETS, Fidelity
 from tests.echo.test_moving import EARTH, observed, reference_echo
-from tests.engine.land_scenes import FEW, FINE, OWN_SHIP, RADAR, SLAB, azimuths_of, coast, fields, on_grid, with_points
+from tests.engine.land_scenes import (
+    FEW,
+    FINE,
+    OWN_SHIP,
+    RADAR,
+    SLAB,
+    always_on_grid,
+    azimuths_of,
+    coast,
+    fields,
+    on_grid,
+    with_points,
+)
 from tests.reference.compressed_pulse import LIGHT, compressed_pulse, sinc2_beam
 from tests.reference.reflecting_ground import Piece, factor, water
 from tests.scenes import point, scene
@@ -44,10 +56,8 @@ def points_under_way(own_ship: dict[str, Any], azimuth: int, **radar: Any) -> tu
     bearing = azimuth * made.radar.azimuth_step
     border = prepared.land.passages.border(prepared.land.passages.way_at(float(azimuth)))
     distance = np.array([each * border if each < 2 else each for each in POINTS])
-    heights = [3.0, 4.0, 9.0]
-    position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), np.zeros(3)])
+    position = np.column_stack([distance * np.sin(bearing), distance * np.cos(bearing), [3.0, 4.0, 9.0]])
     position[:, :2] += antenna[:2]
-    position[:, 2] = heights
     bodies = [point(f"p{k}", east, north, up, 0.0) for k, (east, north, up) in enumerate(position.tolist())]
     return with_points(prepared, position, antenna), scene(bodies, radar={**FINE, **radar}, own_ship=own_ship)
 
@@ -63,6 +73,7 @@ def compressed(reference: rs.Scene, b: int, azimuths: AzimuthTimes, factor: Floa
     return (amplitude * factor)[:, None] * pulse, near
 
 
+@pytest.mark.sample(4)
 @pytest.mark.parametrize("speed_kn", [8.0, 25.0])
 @pytest.mark.parametrize("motion", MOTIONS)
 def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn: float) -> None:
@@ -74,7 +85,8 @@ def test_points_of_land_are_those_of_a_loop_over_azimuths(motion: str, speed_kn:
     assert_near_a_loop(computed, reference, azimuths)
 
 
-@pytest.mark.parametrize(("azimuths", "beamwidth_deg"), [(4096, 3.9), (4096, 1.2), (8192, 3.9), (720, 1.5)])
+@pytest.mark.sample(3)
+@pytest.mark.parametrize(("azimuths", "beamwidth_deg"), [(4096, 3.9), (8192, 3.9), (4096, 1.2), (720, 1.5)])
 def test_points_of_land_are_those_of_a_loop_with_other_rows_than_azimuths(azimuths: int, beamwidth_deg: float) -> None:
     """The same with 1.6 to 5 azimuths a row, and with two rows an azimuth: the beam says how many."""
     azimuth, tiles = 2 * azimuths + azimuths // 3, max(6, 6 * azimuths // 2048)
@@ -103,6 +115,7 @@ def assert_near_a_loop(
         assert error_db < limit_db, (k, error_db)
 
 
+@pytest.mark.sample(5)
 @pytest.mark.parametrize("speed_kn", [8.0, 25.0])
 @pytest.mark.parametrize(
     "distance, height, limit_db", [(0.0, 3.0, -38.0), (400.0, 20.0, -28.0), (1000.0, 3.0, -50.0), (1000.0, 20.0, -50.0)]
@@ -228,11 +241,10 @@ def test_speckle_changes_from_scan_to_scan_as_the_beam_says(way: float, tmp_path
     assert ratio == pytest.approx(2 * (1 - rho), rel=0.15)
 
 
-def simulators(made: rs.Scene, *threads: int, until: float = 0.5) -> list[rs.Simulator]:
+@always_on_grid()
+def simulators(made: rs.Scene, *threads: int, until: float = 0.1) -> list[rs.Simulator]:
     """Simulators of a part of each scan, from 6 rad to `until`, with land on the grid."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(land_rows, "ROW_SECONDS", 0.0)
-        return [rs.Simulator(made, fidelity=FEW, sector=(6.0, until), threads=count) for count in threads]
+    return [rs.Simulator(made, fidelity=FEW, sector=(6.0, until), threads=count) for count in threads]
 
 
 def test_bytes_do_not_depend_on_where_a_run_began_on_threads_or_on_what_is_told_of_sources(tmp_path: Path) -> None:
@@ -251,7 +263,7 @@ def test_the_power_of_land_is_that_of_its_field(tmp_path: Path) -> None:
     of way later: a tenth of a dB in the sum."""
     (sim,) = simulators(coast(tmp_path), 1)
     sim.request_sources(labels=True, powers="all")
-    spokes = [spoke for spoke in sim.spokes(scans=1)]
+    spokes = list(sim.spokes(scans=1))
     land = next(number for number, name in sim.label_names.items() if name.startswith("land"))
     power = sum(float(spoke.power.sum()) for spoke in spokes)
     alone = sum(float(spoke.powers[land].sum()) for spoke in spokes if spoke.powers is not None and land in spoke.powers)
@@ -318,15 +330,14 @@ def test_what_keeps_range_histories(fidelity: Fidelity, radar: dict[str, Any], o
 
 
 def test_land_is_diffuse_rests_and_does_not_fluctuate() -> None:
-    kinds = [
-        {},
+    others = (
         {"speed_kn": 3.0},
         {"rcs_dbsm": 10.0},
         {"rcs_dbsm": 10.0, "swerling": 1},
         {"material": "steel"},
         {"end_s": 9.0},
-    ]
-    bodies = [{**SLAB, "name": f"b{k}", **more} for k, more in enumerate(kinds)]
+    )
+    bodies = [SLAB, *({**SLAB, "name": f"b{k}", **more} for k, more in enumerate(others))]
     flags = [land_rows.is_diffuse_land(body, FEW) for body in scene(bodies, radar=FINE).bodies]
     assert flags == [True, False, False, False, False, False]
     assert not land_rows.is_diffuse_land(scene([SLAB]).bodies[0], replace(FEW, sampler="rays"))
@@ -348,8 +359,8 @@ def test_commands_act_from_the_next_spoke_on(tmp_path: Path) -> None:
     straight on."""
     made = coast(tmp_path, {**OWN_SHIP, "steerable": {}})
     steered, replayed, straight = simulators(made, 1, 1, 1, until=1.6)  # to pieces without the corner of the command
-    for sim in (steered, straight):
-        sim.scan()
+    steered.scan()
+    straight.skip_to(1)
     steered.command(course_deg=300.0)
     after, before = steered.scan(), straight.scan()
     replayed.replay(steered.commands)
@@ -402,10 +413,8 @@ def test_land_keeps_range_histories_where_own_ship_sways_hard(sway: dict[str, An
 
 
 # land_speckle: speckle of land under way by how many scatterers a resolution cell has.
-APART = (
-    16,
-    4,
-)  # azimuths and bins between cells: 2.8 beamwidths and more than two widths of the pulse, so they are independent
+# Azimuths and bins between cells: 2.8 beamwidths and more than two widths of the pulse, so they are independent
+APART = (16, 4)
 
 
 def flat_coast(folder: Path) -> rs.Scene:
@@ -435,9 +444,9 @@ def pooled(made: rs.Scene, per_cell: tuple[float, float], seeds: int, tiles: int
 
 
 @pytest.mark.study
-def test_four_scatterers_a_cell_have_the_speckle_of_eight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@always_on_grid()
+def test_four_scatterers_a_cell_have_the_speckle_of_eight(tmp_path: Path) -> None:
     """Kolmogorov-Smirnov over 3094 cells and 20 seeds, pooled: p > 0.01 (required); it was 0.35."""
-    monkeypatch.setattr(land_rows, "ROW_SECONDS", 0.0)
     coarse, finer = pooled(flat_coast(tmp_path), (4.0, 8.0), 20, 13)
     assert len(coarse) >= 20 * 3000
     result = ks_2samp(coarse, finer)
@@ -445,8 +454,8 @@ def test_four_scatterers_a_cell_have_the_speckle_of_eight(tmp_path: Path, monkey
     assert result.pvalue > 0.01
 
 
-def test_half_a_scatterer_a_cell_has_other_speckle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@always_on_grid()
+def test_half_a_scatterer_a_cell_has_other_speckle(tmp_path: Path) -> None:
     """What the study measures, it can tell: most cells have one scatterer or none. Some 1100 powers each."""
-    monkeypatch.setattr(land_rows, "ROW_SECONDS", 0.0)
     few, more = pooled(flat_coast(tmp_path), (0.25, 1.0), 2, 4)
     assert len(few) > 500 and ks_2samp(few, more).pvalue < 1e-6

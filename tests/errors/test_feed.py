@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-import radar_service as rs
 from radar_service.errors import feed
 from radar_service.errors.feed import FeedArranger, FeedLaw, runs
 from radar_service.numerics.types import Flags
@@ -72,17 +71,13 @@ def test_decisions_depend_on_seed_radar_and_number_alone() -> None:
     assert one.dropped[few].all() and one.dropped.sum() > few.sum()
 
 
-def test_dropped_spokes_are_not_sent() -> None:
+def test_dropped_spokes_are_not_sent_and_repeated_ones_twice_in_a_row() -> None:
+    repeated = law(repeat_rate=0.2).decisions(0, 4 * AZIMUTHS).repeated
+    assert sent(law(repeat_rate=0.2)) == [n for n in range(4 * AZIMUTHS) for _ in range(1 + int(repeated[n]))]
     rules = law(drop_rate=0.2)
     expected = np.flatnonzero(~rules.decisions(0, 4 * AZIMUTHS).dropped).tolist()
     assert sent(rules) == expected and len(expected) < 4 * AZIMUTHS
     assert sent(law(drop_rate=1)) == []
-
-
-def test_repeated_spokes_are_sent_twice_in_a_row() -> None:
-    rules = law(repeat_rate=0.2)
-    repeated = rules.decisions(0, 4 * AZIMUTHS).repeated
-    assert sent(rules) == [n for n in range(4 * AZIMUTHS) for _ in range(1 + int(repeated[n]))]
 
 
 def test_a_swapped_spoke_follows_the_next_one() -> None:
@@ -220,21 +215,3 @@ def test_late_spokes_keep_their_labels_and_join_no_others() -> None:
 def test_runs_join_what_is_consecutive() -> None:
     parts = [block_of(n, 1, AZIMUTHS) for n in (62, 63, 64, 65, 65, 67)]
     assert [(run.first, len(run)) for run in runs(parts)] == [(62, 2), (64, 2), (65, 1), (67, 1)]
-
-
-def test_labels_go_with_the_echoes() -> None:
-    """In a stuck sector they are those of the first scan, and a late spoke brings its own."""
-    scene = rs.load_scene({
-        "radar": {"azimuths": 32, "beamwidth_deg": 20, "range_max_m": 600, "pulse_s": 1e-6}, "environment": {"noise": True},
-        "body": [{"name": "p", "shape": "point", "position_m": [0, 300, 5], "rcs_dbsm": 20, "speed_kn": 300}],
-        "errors": {"feed": {"stuck_sector_deg": [350, 10]}},
-    })  # fmt: skip
-    simulator = rs.Simulator(scene, "fast", labels=True)
-    first, second = list(simulator.feed(1)), list(simulator.feed(1))
-    assert first[0].labels is not None and (first[0].labels == 256).any()
-    np.testing.assert_array_equal(second[0].labels, first[0].labels)
-    np.testing.assert_array_equal(second[0].power, first[0].power)
-    plain = rs.Simulator(scene, "fast", labels=True)
-    plain.set_errors(None)
-    plain.skip_to(1)
-    assert (plain.scan().labels[0] != first[0].labels).any()

@@ -11,7 +11,7 @@ from radar_service.errors import reporter
 from radar_service.errors.reporter import ErrorReporter, ErrorTimeline
 from radar_service.numerics.frames import wrap_angle
 from radar_service.records.spokes import SpokeBlock
-from radar_service.world.error_settings import AntennaErrors, ErrorSettings
+from radar_service.world.reporting import AntennaErrors, ErrorSettings
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 BAD_FEED = {
@@ -159,11 +159,11 @@ ONE, TWO = (ErrorSettings(antenna=AntennaErrors(angle, 0.0, 0.0, 0.0)) for angle
 
 def test_a_change_acts_from_its_spoke_on() -> None:
     timeline = ErrorTimeline()
-    assert timeline.latest is None and not timeline.has_errors
+    assert timeline.errors is None and not timeline.has_errors
     timeline.set(ONE, 10)
     timeline.set(None, 20)
     assert [timeline.at(number) for number in (0, 9, 10, 19, 20, 99)] == [None, None, ONE, ONE, None, None]
-    assert timeline.latest is None and timeline.has_errors
+    assert timeline.errors is None and timeline.has_errors
     assert timeline.changes(0, 100) == [10, 20] and timeline.changes(10, 20) == []
 
 

@@ -13,9 +13,9 @@ from radar_service.errors.sensors import (
     LOG,
     NORTH,
     SINUSOIDS,
-    AntennaLaw,
     SensorLaws,
     SensorNoise,
+    antenna_error,
     backlash,
     draws,
     is_lost,
@@ -23,7 +23,7 @@ from radar_service.errors.sensors import (
 from radar_service.numerics.frames import wrap_angle, wrap_bearing
 from radar_service.numerics.types import Floats, Indices
 from radar_service.records.reports import Readings
-from radar_service.world.error_settings import AntennaErrors
+from radar_service.world.reporting import AntennaErrors
 from tests.errors.runs import AZIMUTHS, SCENE, same, simulator, whole
 
 DEGREE, KNOT = np.pi / 180.0, 1852 / 3600
@@ -155,17 +155,14 @@ NUMBER = np.arange(len(ANGLES))
 
 def error(misalignment: float = 0.0, play: float = 0.0, noise: float = 0.0, step: float = 0.0) -> Floats:
     """The errors at ANGLES."""
-    law = AntennaLaw(AntennaErrors(misalignment, play, noise, step), 3, 1)
-    return law.error(NUMBER, 0.01 * NUMBER, ANGLES)
+    return antenna_error(AntennaErrors(misalignment, play, noise, step), SensorNoise(0.0, 3, 1).at(NUMBER, ANGLES), ANGLES)
 
 
-def test_play_is_zero_along_and_across_the_wind_and_changes_sign_four_times() -> None:
+def test_play_is_zero_along_and_across_the_wind_and_evenly_distributed() -> None:
+    """It changes its sign four times a turn."""
     quarter = np.pi / 2.0
     np.testing.assert_allclose(backlash(quarter * np.arange(4)), 0.0, atol=1e-15)  # rounding of sin(2 pi)
     np.testing.assert_allclose(backlash(quarter * (np.arange(4) + 0.5)), [1, -1, 1, -1], atol=1e-7)  # arcsin near 1
-
-
-def test_play_is_evenly_distributed() -> None:
     counts, _ = np.histogram(error(play=0.05), 10, (-0.05, 0.05))
     assert np.abs(counts - len(ANGLES) / 10).max() <= 4  # four sides of the triangle wave, one sample at each end
 

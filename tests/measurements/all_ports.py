@@ -21,9 +21,10 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
+import httpx
+
 from radar_service.processes.limits import processor_time_of
 from tests.measurements.places import SCENES
-from tests.measurements.port_cost import family, metrics
 from tests.witnesses.dialects import alone
 
 CLIENTS, RATE = 20, 10_000  # datagrams a second
@@ -68,6 +69,18 @@ def scene_file(folder: Path, rpm: float) -> Path:
     settings["radar"] |= {"azimuths": 2048, "rpm": rpm}
     (folder / "scene.json").write_text(json.dumps(settings))
     return folder / "scene.json"
+
+
+def family(pid: int) -> list[int]:
+    """A process and all its children."""
+    children = [int(each) for path in Path(f"/proc/{pid}/task").glob("*/children") for each in path.read_text().split()]
+    return [pid, *(each for child in children for each in family(child))]
+
+
+def metrics(host: str) -> dict[str, float]:
+    """Returns the metrics of a service by their names with labels."""
+    lines = httpx.get(f"http://{host}/metrics").text.splitlines()
+    return {line.split()[0]: float(line.split()[1]) for line in lines if not line.startswith("#")}
 
 
 def measured(seconds: float, hostile: bool, rpm: float) -> None:

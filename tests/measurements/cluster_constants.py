@@ -15,7 +15,6 @@ from radar_service.processes.limits import processor_time_of
 from radar_service.sweep.estimate import estimate
 from radar_service.sweep.inputs import inputs_of
 from radar_service.sweep.layout import layout_of
-from radar_service.sweep.sweep import RunTask
 from radar_service.sweep.sweep import run as run_task
 from tests.batch.loopback_cluster import loopback_cluster
 
@@ -28,13 +27,13 @@ def nothing(number: int) -> None:
 
 
 def main() -> None:
-    task = RunTask("s3://bucket/folder/sweep.zarr", "0" * 32, 123_456)
-    print(f"a task: {len(pickle.dumps((limited, run_task, task)))} bytes")
-    with loopback_cluster(2) as scheduler, cluster(scheduler) as workers:
+    task = "s3://bucket/folder/sweep.zarr", "0" * 32, 123_456
+    print(f"a task: {len(pickle.dumps((limited, run_task, *task)))} bytes")
+    with loopback_cluster(2) as scheduler, cluster(scheduler) as (executor, _):
         (pid,) = (int(p) for p in Path(f"/proc/{os.getpid()}/task/{os.getpid()}/children").read_text().split())
-        run(nothing, [Job("first", (0,))], workers.executor)
+        run(nothing, [Job("first", (0,))], executor)
         before, own = processor_time_of(pid) or 0.0, os.times()
-        run(nothing, [Job(f"{k}", (k,)) for k in range(TASKS)], workers.executor)
+        run(nothing, [Job(f"{k}", (k,)) for k in range(TASKS)], executor)
         after, now = processor_time_of(pid) or 0.0, os.times()
         print(
             f"a task: {(after - before) / TASKS * 1e3:.2f} ms of the scheduler, "

@@ -31,8 +31,8 @@ from radar_service.scattering.physical_optics.plane_echoes import EdgeLimits, Pl
 from radar_service.scattering.physical_optics.scattering_centres import PATHS
 from radar_service.trace.triangle_clusters import TriangleClusters
 from radar_service.world.body import Mesh
-from radar_service.world.hull_types import hull_mesh
 from radar_service.world.poses import MAP_POSE, BodyPose
+from radar_service.world.shapes import hull_mesh
 from tests.reference import narrow_beams
 
 SCENES = Path(__file__).parents[2] / "scenes"

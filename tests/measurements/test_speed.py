@@ -14,21 +14,13 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.engine.preparation import prepare
-from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.numerics.frames import wrap_angle
 from radar_service.numerics.parallel import BLAS_LIMIT
-from radar_service.radar.patterns import PATTERNS
-from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, window
 from tests.measurements import places as scenes
 from tests.measurements.floor import floor_seconds, scan_work
 from tests.real import places
-from tests.reference.compressed_pulse import compressed_pulse
-from tests.scenes import scene
 from tests.service_starts import seconds_to_first_spoke
 
 pytestmark = pytest.mark.bench
@@ -138,54 +130,6 @@ def test_speed(name: str) -> None:
         pytest.skip(f"the real input is not at {places.REAL}")
     print(f"\n{HEADER}\n{line}")
     assert float(line.split("|")[4]) > 1.0 or name in METAL
-
-
-def test_chirp_sum_is_forty_times_slower_and_28_db_worse() -> None:
-    """The documented sum of whole chirps at rounded delays, on the engine's own echoes of 4000 points: its field and the
-    engine's against the closed form, and the time of an azimuth: 40 times and 28 dB (required)."""
-    speed, gain = against_chirp_sum()
-    print(f"\nagainst the chirp sum: {speed:.0f} times faster, {gain:.1f} dB more accurate")
-    assert speed > 40 and gain > 28
-
-
-def against_chirp_sum(azimuths: int = 3) -> tuple[float, float]:
-    """How many times faster per azimuth the engine is, and by how many dB its error is lower, at 200 MSPS.
-
-    The time of the chirp sum is that of the echoes within 1.5 beamwidths, the engine's that of the full circle.
-    """
-    rng = np.random.default_rng(5)
-    settings = {"range_max_m": 3000.0, "sample_rate_hz": 200e6, "azimuths": 720, "window": "hamming"}
-    bodies = []
-    for k in range(9000):
-        r, a = rng.uniform(100, 2900), rng.uniform(0, 2 * np.pi)
-        position = [float(r * np.sin(a)), float(r * np.cos(a)), 15.0]
-        bodies.append({"name": f"p{k}", "shape": "point", "position_m": position, "rcs_dbsm": float(40 * np.log10(r / 100))})
-    made = scene(bodies, radar=settings)
-    sim = rs.Simulator(made)
-    echoes, radar = prepare(made, sim.fidelity, 0).resting.echoes, made.radar
-    own, start = sim.scan(), time.process_time()
-    for _ in sim.blocks(scans=4):
-        pass
-    quick = (time.process_time() - start) / 4 / radar.azimuths
-    sent = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights, slow, wrong, computed, total = window("hamming", len(sent)), 0.0, 0.0, 0.0, 0.0
-    for k in range(azimuths):
-        gain = PATTERNS["sinc2"].gain(wrap_angle(own.azimuth[k] - echoes.azimuth), radar.beamwidth)
-        amplitude, phase = np.abs(echoes.amplitude) * gain, np.angle(echoes.amplitude)
-        sampled = echoes.range - radar.range_step / 2.0  # our samples stand half a step on
-        delay = np.rint(sampled / radar.range_step).astype(np.int64)
-        printed = compress(chirp_sum(delay, amplitude, phase, sent, radar.bins), sent, weights, radar.bins)
-        near = np.abs(wrap_angle(own.azimuth[k] - echoes.azimuth)) < 1.5 * radar.beamwidth  # all that the printed one sums
-        start = time.process_time()
-        compress(chirp_sum(delay[near], amplitude[near], phase[near], sent, radar.bins), sent, weights, radar.bins)
-        slow += (time.process_time() - start) / azimuths
-        delays = 2.0 * (own.range[:, None] - echoes.range) / SPEED_OF_LIGHT
-        pulse = compressed_pulse(delays, radar.bandwidth, radar.pulse, (0.54, 0.46))
-        exact = pulse @ (echoes.amplitude * gain)
-        wrong += np.sum(np.abs(printed - exact) ** 2)
-        computed += np.sum(np.abs(own.field[k] - exact) ** 2)
-        total += np.sum(np.abs(exact) ** 2)
-    return slow / quick, float(10 * np.log10(wrong / computed))
 
 
 if __name__ == "__main__":

@@ -104,15 +104,18 @@ class WatchedSimulator(Simulator):
 
     def take(self, command: Command) -> None:
         super().take(command)
+        self.taken = True
         self.note()
 
     def note(self) -> None:
         """Writes it down."""
-        seen = {"files": sorted(self.walk.files), "threads": sorted(f"world: {name}" for name in self.walk.threads)}
-        Path(os.environ[FOLDER], "new").write_text(json.dumps(seen))
-        Path(os.environ[FOLDER], "new").replace(Path(os.environ[FOLDER], self.kind))
+        threads = sorted(f"world: {name}" for name in self.walk.threads)
+        seen = {"files": sorted(self.walk.files), "threads": threads, "taken": self.taken}
+        new = Path(os.environ[FOLDER], threading.current_thread().name)  # a file for each thread: two may write at once
+        new.write_text(json.dumps(seen))
+        new.replace(Path(os.environ[FOLDER], self.kind))
 
-    kind = "spoke"
+    kind, taken = "spoke", False
 
 
 def watched_simulator(of: Scene) -> Simulator:
@@ -141,6 +144,10 @@ async def play(kind: str, host: str, port: int, walk: Walk) -> None:
             assert answer.status_code == 200, answer.text
             await rest.patch(f"http://{address}/controls", json={"pace": {"state": "step", "steps": AZIMUTHS}})
             await feed.recv()
+            while not json.loads(Path(os.environ[FOLDER], kind).read_text())[
+                "taken"
+            ]:  # spokes may come before that is noted
+                await asyncio.sleep(0.01)
         walk.carries = None
 
 

@@ -89,7 +89,7 @@ assert dict(os.environ) == before, "simulation"
 
 
 def test_limit_is_in_force_while_costs_are_measured(host: Numbers, small: rs.Scene, monkeypatch: pytest.MonkeyPatch) -> None:
-    """In set-up, in each block and in the documented fidelity it is by tests/numerics/test_arithmetic.py."""
+    """In set-up, in each block and in the documented fidelity it is by tests/numerics/test_arithmetic_name.py."""
     seen: list[Numbers] = []
     measure = cost_model.timed_costs
     monkeypatch.setattr(cost_model, "timed_costs", lambda *given: (seen.append(numbers()), measure(*given))[1])
@@ -135,7 +135,7 @@ def test_overlapping_simulators_keep_the_limit_until_the_last_one_ends(
 
 
 def test_a_host_that_limits_blas_on_another_thread_keeps_its_numbers(host: Numbers, small: rs.Scene) -> None:
-    """threadpoolctl lets only the host's thread set OpenBLAS meanwhile; see `LoadedLibrary.set_num_threads`."""
+    """threadpoolctl lets only the host's thread set OpenBLAS meanwhile; see `BlasLibrary.set_num_threads`."""
     seen: list[Numbers] = []
 
     def simulate() -> None:

@@ -164,12 +164,6 @@ def test_a_scan_of_one_or_two_tiles_is_timed_too(azimuths: int, monkeypatch: pyt
     assert min(clock.tiles) >= 0
 
 
-def test_stages_that_a_scene_lacks_cost_next_to_nothing() -> None:
-    costs = timed_costs(prepared_from(point("t", 0, 500)))
-    assert sum(costs.effects.values()) < 0.2 * costs.total
-    assert costs.profiles > 0.0
-
-
 def test_physical_optics_has_its_own_cost_and_bodies_without_it_have_none(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each evaluation of a plate takes 10 ms; it passes the beam once a scan with two nodes or more."""
     plate = {"name": "p", "shape": "plate", "width_m": 3, "height_m": 2, "scattering": "optics", "position_m": [-300, 300, 0],

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import numpy as np
 import pytest
 
 import radar_service as rs
@@ -11,8 +10,6 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.culling import cull
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import PRESETS
-from radar_service.trace.line_of_sight import OcclusionScene
-from tests.occlusion import occluded
 from tests.scenes import point, scene
 
 LOW = {"azimuths": 60, "beamwidth_deg": 15, "pulse_s": 1e-6}
@@ -90,22 +87,6 @@ def test_bodies_culled_below_noise_still_occlude() -> None:
     assert list(reasons(made)) == ["wall"]
     alone = scene([point("behind", 0, 11_000, 15, 40)], radar=radar, environment=noise)
     assert rs.Simulator(made).scan().power.max() < 0.1 * rs.Simulator(alone).scan().power.max()
-
-
-@pytest.mark.parametrize(("transparent", "hidden"), [((), True), ((0,), False)])
-def test_transparent_bodies_occlude_nothing(transparent: tuple[int, ...], hidden: bool) -> None:
-    ship = {
-        "name": "s",
-        "shape": "hull",
-        "length_m": 60,
-        "beam_m": 20,
-        "height_m": 40,
-        "position_m": [0, 400, 0],
-        "speed_kn": 1,
-    }
-    line_of_sight = OcclusionScene(scene([ship]).bodies, np.inf, transparent)
-    position, antenna = np.array([[0.0, 900.0, 15.0]]), np.array([0.0, 0.0, 15.0])
-    assert occluded(line_of_sight, position, antenna, 0.0)[0] == hidden
 
 
 MAST = {"bearing_deg": 0, "distance_m": 3, "width_m": 0.2}

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 import radar_service as rs
+from radar_service.plan.cost_model import Costs, EngineStatistics
 from radar_service.plan.effects import effects, missed_area
-from radar_service.plan.statistics import Costs, EngineStatistics
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.plan_item import PlanItem
 from tests.scenes import point, scene

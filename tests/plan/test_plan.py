@@ -13,14 +13,14 @@ import pytest
 
 import radar_service as rs
 from radar_service.believed.verdicts import chosen_rows
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.plan import plan as plans
 from radar_service.plan.body_errors import aspects_db
 from radar_service.plan.budget import ERROR_HELP, STEPS_DB, ErrorBudget, error_budget, finite_pace
+from radar_service.plan.cost_model import Costs, Counts, EngineStatistics, PerBody, realtime_factor
 from radar_service.plan.culling import CulledBody
 from radar_service.plan.plan import NEVER_VISIBLE, Plan, bodies, estimated_factor, held, plan_for, plan_in_time
 from radar_service.plan.settings_search import fidelity_for, moving_db, multipath_db, resting_db
-from radar_service.plan.statistics import Costs, Counts, EngineStatistics, PerBody, realtime_factor
 from radar_service.records.fidelity import PRESETS, Fidelity
 from radar_service.records.plan_item import PlanItem
 from tests.plan.scenes import HOUSE, WAY
@@ -97,6 +97,7 @@ def test_errors_of_multipath_are_predicted() -> None:
     sea = "of sea reflection, moving"
     errors = plan_for(made, balanced).field_db
     assert list(errors) == ["at rest", "moving", sea] and errors[sea] == multipath_db(made, balanced)
+    assert plan_for(made, PRESETS["documented"]).field_db == {}
 
 
 def test_errors_of_changing_aspects_are_predicted() -> None:
@@ -106,10 +107,6 @@ def test_errors_of_changing_aspects_are_predicted() -> None:
     assert aspects not in plan_for(scene([plate]), PRESETS["balanced"]).field_db
     for made in (scene([plate], own_ship={"speed_kn": 9}), scene([plate | {"course_deg": 20, "speed_kn": 4}])):
         assert plan_for(made, PRESETS["balanced"]).field_db[aspects] == aspects_db(made)
-
-
-def test_the_documented_engine_predicts_no_errors() -> None:
-    assert plan_for(moving_scene(multipath=True), PRESETS["documented"]).field_db == {}
 
 
 def test_bodies_that_exceed_the_budget_late_in_a_run_are_caveats() -> None:
@@ -302,21 +299,12 @@ def test_a_fidelity_that_was_planned_gives_the_same_bytes_by_itself_and_with_thr
 
 
 # budget: the error budget in numbers by hand.
-def test_the_default_budget_is_half_a_decibel_and_40_db_of_field() -> None:
-    assert (ErrorBudget().target_db, ErrorBudget().field_db) == (0.5, -40.0)
-
-
 def test_field_errors_are_proportional_to_the_budget() -> None:
-    """Ten times the budget is 20 dB; methods keep 14 dB more for weak targets."""
-    assert ErrorBudget(5.0).field_db == pytest.approx(-20.0)
-    assert ErrorBudget(0.05).field_db == pytest.approx(-60.0)
+    """Ten times the budget is 20 dB; methods keep 14 dB more for weak targets. 3.0103 dB is a factor of 2, 10 dB one of 10."""
+    assert (ErrorBudget().target_db, ErrorBudget().field_db) == (0.5, -40.0)
+    assert [ErrorBudget(budget).field_db for budget in (5.0, 0.05)] == pytest.approx([-20.0, -60.0])
     assert ErrorBudget(5.0).method_db == pytest.approx(-34.0)
-
-
-def test_the_share_is_the_power_ratio_less_one() -> None:
-    """3.0103 dB is a factor of 2, 10 dB a factor of 10."""
-    assert ErrorBudget(3.010299957).share == pytest.approx(1.0, rel=1e-9)
-    assert ErrorBudget(10.0).share == pytest.approx(9.0)
+    assert [ErrorBudget(budget).share for budget in (3.010299957, 10.0)] == pytest.approx([1.0, 9.0])
 
 
 @pytest.mark.parametrize("wrong", [0.0, -1.0, 11.0, math.nan, math.inf])

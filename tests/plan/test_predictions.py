@@ -13,10 +13,9 @@ from radar_service.engine import preparation
 from radar_service.engine.pipeline import moving_rows, receive, tile_azimuths
 from radar_service.engine.preparation import prepare
 from radar_service.plan.budget import ErrorBudget
-from radar_service.plan.cost_model import counts_per_body, first_visibility_update
+from radar_service.plan.cost_model import Counts, counts_per_body, first_visibility_update
 from radar_service.plan.culling import cull
 from radar_service.plan.settings_search import ALIASING_MARGIN, relative_cost, resting_db
-from radar_service.plan.statistics import Counts
 from radar_service.receive.compression import Compression
 from radar_service.records.fidelity import PRESETS
 from radar_service.trace.embree import TriangleScene

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import numpy as np
 import pytest
 
 import radar_service as rs
@@ -20,7 +19,6 @@ from radar_service.plan.settings_search import (
     resting_db,
 )
 from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.surface_sampling import density_db
 from tests.scenes import point, radar, scene
 
 BALANCED = PRESETS["balanced"]
@@ -48,10 +46,6 @@ def test_a_cut_beam_errs_as_was_measured(extent: float, measured: float) -> None
 def test_a_beam_over_the_whole_turn_has_no_error_and_a_gaussian_needs_little() -> None:
     assert extent_db(radar(beamwidth_deg=20, azimuths=60), 9.0) == -math.inf
     assert extent_db(radar(pattern="gaussian"), 1.5) < -60 < extent_db(radar(), 12.0)
-
-
-def test_the_density_of_scatterers_keeps_the_budget() -> None:
-    assert density_db(fidelity_for(scene(), ErrorBudget()).scatterers_per_cell) <= 0.5
 
 
 def under_way(**settings: object) -> rs.Scene:
@@ -97,14 +91,6 @@ def test_a_long_plain_pulse_has_the_error_of_its_sampled_spectrum() -> None:
     """Beyond 64 samples a plain pulse is gridded like a chirp: it fills little of the band. A short one is its own kernel."""
     assert -150.0 < kernel_db(radar(modulation="none", pulse_s=2e-6, sample_rate_hz=75e6), 6) < -60.0
     assert kernel_db(radar(modulation="none", pulse_s=1e-7), 6) == -math.inf
-
-
-def test_the_choice_is_the_same_every_time() -> None:
-    first = fidelity_for(under_way(), ErrorBudget(1.0))
-    kernel_db.cache_clear()
-    extent_db.cache_clear()
-    assert fidelity_for(under_way(), ErrorBudget(1.0)) == first
-    assert np.isfinite(first.beam_extent)
 
 
 def test_sea_reflection_errs_only_where_blocks_meet_motion() -> None:

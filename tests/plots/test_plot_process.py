@@ -21,12 +21,12 @@ from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import ForkServer
 from radar_service.scans.scan import Scan, scan_of
 from tests.ports.asterix.reading import reports
-from tests.ports.asterix.test_plot_blocks import SOURCE, plots, sent
+from tests.ports.asterix.test_asterix import SOURCE, plots, sent
 from tests.ports.kept import Kept
 from tests.ports.reflectors import radar_of
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def server() -> Iterator[ForkServer]:
     made = ForkServer(("radar_service.plots.plot_process",))
     yield made

@@ -7,21 +7,18 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from site import getsitepackages
-from typing import NamedTuple
 
 import pytest
 
 PACKAGES, ROOT = Path(__file__).parent / "packages", Path(__file__).parents[2]
-
-
-class Foreign(NamedTuple):
-    """The environment. python: its interpreter."""
-
-    python: Path
-
-    def ended(self, folder: Path, *words: str) -> subprocess.CompletedProcess[str]:
-        """Runs its Python in a folder, until it ends."""
-        return subprocess.run([self.python, *words], cwd=folder, capture_output=True, text=True, check=False)
+BUILD = """
+import os, sys
+from setuptools import build_meta
+wheels, *sources = sys.argv[1:]
+for source in sources:
+    os.chdir(source)
+    build_meta.build_wheel(wheels)
+"""  # as pip has them built, but all in one process
 
 
 def tree() -> dict[Path, int]:
@@ -32,8 +29,8 @@ def tree() -> dict[Path, int]:
 
 
 @pytest.fixture(scope="session")
-def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Foreign]:
-    """The environment. No file of this project is changed for it."""
+def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """The Python of the environment. No file of this project is changed for it."""
     pytest.importorskip("setuptools", minversion="77", reason="setuptools 77 or newer is needed to build offline")
     before, folder = tree(), tmp_path_factory.mktemp("foreign")
     subprocess.run([sys.executable, "-m", "venv", "--without-pip", folder / "venv"], check=True)
@@ -43,10 +40,9 @@ def foreign(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Foreign]:
     outer = "".join(f"site.addsitedir({path!r}); " for path in getsitepackages())
     (site / "outer.pth").write_text(f"import site; {outer}\n")  # this project and what it needs, as they are installed here
     copies: Path = shutil.copytree(PACKAGES, folder / "sources", ignore=shutil.ignore_patterns("__pycache__"))
-    pip = [sys.executable, "-m", "pip", "--python", python, "install", "-q"]
-    offline = ["--no-deps", "--no-index", "--no-build-isolation"]
-    subprocess.run(
-        [*pip, *offline, *(file.parent for file in copies.glob("*/pyproject.toml"))], check=True, capture_output=True
-    )
-    yield Foreign(python)
+    sources = [file.parent for file in copies.glob("*/pyproject.toml")]
+    subprocess.run([sys.executable, "-c", BUILD, folder / "wheels", *sources], check=True, capture_output=True)
+    pip = [sys.executable, "-m", "pip", "--python", python, "install", "-q", "--no-deps", "--no-index"]
+    subprocess.run([*pip, *(folder / "wheels").glob("*.whl")], check=True, capture_output=True)
+    yield python
     assert tree() == before

@@ -47,17 +47,11 @@ class Socket:
 
     async def raw(self) -> bytes:
         """The bytes of the next message. Raises Closed."""
-        message = await self._next()
-        if message["type"] == "websocket.close":
-            raise Closed(message["code"])
-        return bytes(message["bytes"])
+        return bytes((await self._received())["bytes"])
 
     async def text(self) -> str:
         """The text of the next message. Raises Closed."""
-        message = await self._next()
-        if message["type"] == "websocket.close":
-            raise Closed(message["code"])
-        return str(message["text"])
+        return str((await self._received())["text"])
 
     async def receive(self) -> dict[str, Any]:
         """The next message of the native feed. Raises Closed."""
@@ -98,6 +92,12 @@ class Socket:
             await asyncio.wait({self._task, drained}, return_when=asyncio.FIRST_COMPLETED, timeout=PATIENCE)
             drained.cancel()
         self._task.result()
+
+    async def _received(self) -> dict[str, Any]:
+        message = await self._next()
+        if message["type"] == "websocket.close":
+            raise Closed(message["code"])
+        return message
 
     async def _next(self) -> dict[str, Any]:
         return await asyncio.wait_for(self._outbound.get(), PATIENCE)

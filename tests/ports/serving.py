@@ -11,8 +11,11 @@ from typing import Any
 
 from fastapi import FastAPI
 
+from radar_service.ports.app import create_app
 from radar_service.ports.http.server import Requests, Server, configuration, listening_socket
 from radar_service.service.radio.station import Station, Stations
+from radar_service.service.settings import Pace, Settings
+from tests.ports.playing import station
 from tests.processes.test_fork_server import until
 
 
@@ -83,3 +86,29 @@ def answer(connection: socket.socket) -> bytes:
         while piece := connection.recv(65536):
             got += piece
     return got
+
+
+Address = tuple[str, int]
+
+
+GET = b"GET /api/health/alive HTTP/1.1\r\nhost: 127.0.0.1\r\nconnection: close\r\n\r\n"
+
+
+UPGRADE = (
+    b"GET /api/radars/0/feed HTTP/1.1\r\nhost: 127.0.0.1\r\nconnection: upgrade\r\nupgrade: websocket\r\n"
+    b"sec-websocket-version: 13\r\nsec-websocket-key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n"
+)
+
+
+@contextlib.contextmanager
+def radar(refused: list[str] | None = None, turns: Turns | None = None, **limits: float) -> Iterator[Address]:
+    only = station(settings=Settings(pace=Pace(factor=10)))
+    report = (lambda _: None) if refused is None else refused.append
+    with served(create_app([only]), [only], turns, refused=report, **limits) as address:
+        yield address
+
+
+def works(address: Address) -> bool:
+    with dialled(address) as connection:
+        connection.sendall(GET)
+        return b'{"yes":true}' in answer(connection)

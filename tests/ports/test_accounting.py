@@ -20,10 +20,10 @@ from radar_service.records.truth import Truth
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import SpokeBatch
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.scene import Scene
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.ports.playing import station as paused
@@ -272,7 +272,7 @@ SPOKES = 159  # of an engine that dies at 160: blocks are of five, and the last 
 @pytest.fixture
 def few_truths(monkeypatch: pytest.MonkeyPatch) -> None:
     """One truth a scan: what the radar sends fits into a queue."""
-    monkeypatch.setattr("radar_service.service.fanout.feed_encoder.TRUTHS_PER_SCAN", 1)
+    monkeypatch.setattr("radar_service.service.radio.truth_stream.TRUTHS_PER_SCAN", 1)
 
 
 @pytest.mark.usefixtures("few_truths")

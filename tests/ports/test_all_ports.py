@@ -24,7 +24,7 @@ from radar_service.ports.udp.sender import UdpSender
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.station import Station
 from tests.ports.asgi import running
-from tests.ports.dialect.test_dialect_port import Display
+from tests.ports.dialect.test_dialect import Display
 from tests.ports.garmin_xhd.reading import read_spoke
 from tests.ports.navico_halo.reading import read_frame
 from tests.ports.nmea.test_senders import free_port

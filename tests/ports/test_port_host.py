@@ -233,14 +233,3 @@ def test_what_waits_becomes_one_change_of_its_kind() -> None:
         change("controls", 3.0, gain=5.0, sea=2.0), change("status", 4.0, radar="1", state="failed"),
         change("status", 5.0, state="running"), change("commands", 7.0, own_ship=2, bodies={"a": 1, "b": 3}),
     ]  # fmt: skip
-
-
-def test_each_change_is_told_where_there_is_time() -> None:
-    got, thread, done = list[StateChange](), PortThread("test"), threading.Semaphore(0)
-    told = ToldChanges(lambda each: (got.append(each), done.release())[0], thread)
-    thread.start()
-    for number in range(5):
-        told.put(change("status", float(number), state="running"))
-        assert done.acquire(timeout=SOON)
-    thread.stop(SOON)
-    assert [each.time for each in got] == [0.0, 1.0, 2.0, 3.0, 4.0]

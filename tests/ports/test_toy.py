@@ -207,19 +207,3 @@ def test_a_port_that_raises_blocks_or_floods_harms_nobody(
     (thread,) = [thread for port, thread in host.threads.items() if port.name == "toy"]
     assert (thread.faults if kind is Raising else thread.dropped) > 0
     assert ("a fault of the toy" in str([getattr(r, "fields", "") for r in caplog.records])) is (kind is Raising)
-
-
-def test_a_port_that_falls_behind_is_told_of_each_spoke_that_it_does_not_get(
-    ear: Ear, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(port_thread, "MAX_BYTES", 4096)
-    port = Blocking(ear.port)
-
-    async def test(server: Server) -> None:
-        await (await server.feed("?mode=lossless")).spokes(10 * AZIMUTHS)
-        port.gate.set()
-        await (await server.feed("?mode=lossless")).spokes(AZIMUTHS)
-
-    play(port, test, FLAT_OUT, wait_for=1)
-    assert any("skipped" in words for words in ear.heard)
-    assert_accounted(ear.heard)

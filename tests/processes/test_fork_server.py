@@ -72,7 +72,7 @@ def test_many_children_leave_nothing_behind(fork_server: ForkServer) -> None:
         children[-1].close()
         children[-1].close()  # which changes nothing
     until(lambda: all(is_gone(child.process) for child in children))
-    assert len(os.listdir("/proc/self/fd")) == before
+    assert len(os.listdir("/proc/self/fd")) <= before  # fewer where an earlier test's were still open
 
 
 def test_a_child_that_crashes_is_noticed_and_no_other_suffers(fork_server: ForkServer) -> None:

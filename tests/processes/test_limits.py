@@ -184,8 +184,3 @@ def test_the_limit_counts_from_now() -> None:
         assert hard == before[1] and 4.5 <= soft - limits.used_processor_time() <= 6.1
     finally:
         resource.setrlimit(resource.RLIMIT_CPU, before)
-
-
-def test_a_busy_machine_is_named_with_what_waits() -> None:
-    with pytest.raises(limits.MachineBusyError, match="^body: the machine is busy: .* in 120 s; try again later$"):
-        raise limits.machine_busy("body", 120.0)

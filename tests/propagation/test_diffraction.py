@@ -104,11 +104,8 @@ def test_neither_the_field_nor_its_slope_has_a_step(frequency: float, polarizati
     difference falls to a quarter. A step would leave the first as it is, a kink would halve the second."""
     made = over_sea(frequency, polarization)
     for antenna, target in ((15.0, 2.0), (4.0, 0.3), (30.0, 30.0), (2.0, 60.0), (15.0, 0.05)):
-        start, end = (
-            (antenna + target) * units(frequency)[2] / 5.0,
-            1.6 * horizon_of(antenna, target),
-        )  # m sin(grazing) below 5
-        fields = [field(made, np.linspace(start, end, n), target, antenna) for n in (4_001, 8_001)]
+        start, end = (antenna + target) * units(frequency)[2] / 5.0, 1.6 * horizon_of(antenna, target)  # m sin(grazing) < 5
+        fields = [field(made, np.linspace(start, end, n), target, antenna) for n in (2_001, 4_001)]
         first, second = ([np.abs(np.diff(each, order)).max() for each in fields] for order in (1, 2))
         assert first[0] / first[1] == pytest.approx(2.0, abs=0.1)
         assert second[0] / second[1] > 3.0
@@ -229,13 +226,12 @@ def test_an_antenna_above_all_diffraction_has_a_horizon() -> None:
     assert "nothing diffracts" in str(simulator.plan)
 
 
-@pytest.mark.parametrize("earth", [0.1, 100.0])
-def test_other_earths_yield_numbers(earth: float) -> None:
-    """The smallest and the largest that are allowed, at both ends of the band: finite, and no more than both rays in phase."""
-    for frequency in (1e9, 100e9):
-        made = over_sea(frequency, "v", earth=earth)
-        found = np.abs(field(made, np.geomspace(1.0, 3e6, 100), np.geomspace(0.01, 100.0, 100), 0.5))
-        assert np.isfinite(found).all() and found.max() < 2.1
+@pytest.mark.parametrize(("earth", "frequency"), [(0.1, 1e9), (100.0, 100e9)])
+def test_other_earths_yield_numbers(earth: float, frequency: float) -> None:
+    """The least and the most wavelengths that an earth may have: finite, and no more than both rays in phase."""
+    made = over_sea(frequency, "v", earth=earth)
+    found = np.abs(field(made, np.geomspace(1.0, 3e6, 100), np.geomspace(0.01, 100.0, 100), 0.5))
+    assert np.isfinite(found).all() and found.max() < 2.1
 
 
 def test_an_extent_has_no_step_where_the_two_rays_end() -> None:

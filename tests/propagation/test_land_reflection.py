@@ -10,7 +10,7 @@ from radar_service.numerics.types import Complexes, Floats
 from radar_service.propagation.land_reflection import LandBefore
 from radar_service.propagation.radar_equation import elevation_gain, radar_two_rays
 from radar_service.trace.line_of_sight import OcclusionScene
-from radar_service.world.materials import GROUND_ROUGHNESS, permittivity
+from radar_service.world.body import GROUND_ROUGHNESS, permittivity
 from tests.reference.reflecting_ground import Piece, angles, factor, reflection, water
 from tests.scenes import point, scene
 

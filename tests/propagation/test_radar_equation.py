@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.numerics.constants import SPEED_OF_LIGHT
 from radar_service.numerics.frames import Polar, polar_from_map
 from radar_service.propagation.radar_equation import (
     radar_two_rays,
@@ -177,11 +176,6 @@ def test_a_table_is_the_vertical_pattern_where_it_is_given() -> None:
     isotropic = energy(bodies, radar | {"pattern_el": [[0, 0], [180, 0]]}, environment=flat)
     shaped = energy(bodies, radar | {"pattern_el": [[0, 0], [7.5, -3], [20, -30]]}, environment=flat)
     assert db(shaped / isotropic) == pytest.approx(-2 * 3.0, abs=1e-3)
-
-
-def test_range_step_is_that_of_the_sampling() -> None:
-    made = scene(radar={"modulation": "none", "pulse_s": 0.3e-6})
-    assert made.radar.range_step == pytest.approx(SPEED_OF_LIGHT / (2 * 1.5 * 1.2 / 0.3e-6))
 
 
 LAMBDA = 299_792_458.0 / 9.41e9

@@ -88,14 +88,12 @@ def test_other_keys_replace_those_of_the_set() -> None:
     ("keys", "message"),
     [
         ({"set": "furuno"}, r'radar\.set: "furuno" is not allowed; one of "furuno-1824c", .*; choose one of these'),
-        (
-            {"set": "simrad-argus", "range_max_m": 5000},
-            r"radar\.range_max_m: 5000 m is no range scale .* 463, .* or remove set",
-        ),
+        ({"set": "simrad-argus", "range_max_m": 5000},
+         r"radar\.range_max_m: 5000 m is no range scale .* 463, .* or remove set"),
         ({"set": "simrad-argus", "pulse_s": 1e-6}, r'radar\.pulse_s: 1e-06 beside set "simrad-argus", .*: remove one'),
         ({"integration": True}, r"radar\.integration: it needs a pulse repetition frequency; add prf_hz"),
     ],
-)
+)  # fmt: skip
 def test_what_a_set_cannot_be_is_told(keys: dict[str, object], message: str) -> None:
     with pytest.raises(SceneError, match=message):
         load_scene({"radar": keys})

@@ -128,6 +128,9 @@ def test_loaded_buildings_stand_where_the_files_put_them() -> None:
     loaded = np.concatenate([body.mesh.vertices + body.motion.position[0] for body in bodies if body.mesh is not None])
     apart = np.asarray(cKDTree(mine).query(loaded)[0])
     assert len(bodies) == 19 and apart.max() < 1e-6  # m, the rounding of sums of 10 km in float64 is 2e-12
+    faces = sum(len(body.mesh.faces) for body in bodies if body.mesh is not None)
+    assert 0.99 * len(mine) < 3 * faces <= len(mine)  # what is dropped has no area or stands there twice
+    assert not scene.warnings and not any("not watertight (" in note for note in scene.notes)
 
 
 # 0.9 degrees is the finest beam that marine radars have (an antenna of 2.4 m): it leaves more buildings alone in their cells
@@ -143,7 +146,7 @@ def test_isolated_buildings_show_where_they_are(
     scene, scan = scanned(tmp_path, speed_kn, beamwidth_deg, azimuths)
     result, faults = 0, []
     geometry = float(np.hypot(*scan.position[-1]))
-    for building, around in alone_within(REACH - 100.0, scene.radar, geometry):
+    for building, around in alone_within(REACH - 100.0, scene.radar, geometry)[::3]:
         own = position_when_passed(building, scan)
         seen = visible_points(building - own, around - own, scene.radar.height, np.random.default_rng(result))
         if len(seen) < SAMPLES // 10:

@@ -6,12 +6,11 @@ import pytest
 from radar_service.numerics.random import generator
 from radar_service.radar.antenna import grid_rows
 from radar_service.receive.beam import azimuth_kernel, beam_filter, beam_spectrum
-from radar_service.receive.detection import beam_spread, detect, spread_sigma
+from radar_service.receive.chirp_sum import beam_spread, detect
 from radar_service.receive.gridding import Kernel, spread
 from radar_service.receive.noise import MIN_POWER, GaussianSpectrum, integrate
 from tests.kernels.both import both
 from tests.reference.compressed_pulse import sinc2_beam
-from tests.reference.printed_formulas import predicted_psf
 
 
 # beam: the beam filter and its spectrum against the pattern itself.
@@ -42,7 +41,7 @@ def test_beam_spectrum_sums_to_the_boresight_gain() -> None:
     assert spectrum.sum() / 720 == pytest.approx(1.0, abs=1e-4)
 
 
-# detection: its tests.
+# chirp_sum: detection and beam spreading.
 BEAM, STEP = np.deg2rad(3.9), np.deg2rad(0.5)
 
 
@@ -93,16 +92,6 @@ def test_spreading_wraps_round_north(azimuths: int) -> None:
 def test_a_beam_far_narrower_than_a_step_spreads_nothing() -> None:
     power = point(8, 3)
     assert beam_spread(power, np.deg2rad(1.0), 2 * np.pi / 8) == pytest.approx(power, abs=1e-12)
-
-
-def test_predicted_point_spread() -> None:
-    resolution = 3.0
-    assert predicted_psf(0.0, 0.0, resolution, BEAM) == 1.0
-    assert predicted_psf(resolution, 0.0, resolution, BEAM) == pytest.approx(0.0, abs=1e-30)  # first null at c / 2B
-    assert predicted_psf(0.0, BEAM / 2, resolution, BEAM) == pytest.approx(0.5, abs=1e-4)  # 2.355 is 2.35482 rounded
-    assert predicted_psf(1.5, spread_sigma(BEAM), resolution, BEAM) == pytest.approx(
-        (2 / np.pi) ** 2 * np.exp(-0.5), rel=1e-12
-    )
 
 
 # noise: noise spectra: power, shape and independence.

@@ -15,10 +15,9 @@ import radar_service as rs
 from radar_service import wire
 from radar_service.recording.radar_recording import RadarRecording, scene_document
 from radar_service.recording.recording_file import RecordingFile
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.spokes import Epoch, RadarInfo
-from radar_service.spoke_source import TruthLine
+from radar_service.spoke_source import SpokeSourceFault, TruthLine
 from radar_service.truth.truth_file import scene_hash
 from tests.recording.scenes import AZIMUTHS, MOVING, simulator
 from tests.service.fake import FakeEngine, scene

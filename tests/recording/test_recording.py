@@ -28,8 +28,8 @@ from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
 from radar_service.records.spokes import Spoke
 from radar_service.records.truth import Crossing
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.commands import CommandLog
 from tests.limits import full_disk
 from tests.recording.scenes import AZIMUTHS, MOVING, SEED, recorded, simulator
@@ -83,14 +83,6 @@ def test_labels_change_nothing_else_of_a_recording(labelled_recording: Path, rec
     plain, labelled = feed(recording), feed(labelled_recording)
     assert plain[1:] == labelled[1:] and "sources" not in plain[0]
     assert "/radar/0/sources" not in ChunkTable(recording).channels
-
-
-def test_a_labelled_recording_that_was_cut_short_opens_with_its_labels(labelled_recording: Path, tmp_path: Path) -> None:
-    whole = labelled_recording.read_bytes()
-    for share in (0.5, 0.8, 0.97):
-        (path := tmp_path / "cut.mcap").write_bytes(whole[: int(share * len(whole))])
-        spokes = list(read(path).spokes())
-        assert 0 < len(spokes) and all(spoke.labels is not None for spoke in spokes)
 
 
 def test_each_epoch_has_its_own_labels(tmp_path: Path) -> None:

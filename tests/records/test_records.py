@@ -1,7 +1,6 @@
 """The short modules of records, each under its name."""
 
 import dataclasses
-from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
 import numpy as np
@@ -21,7 +20,6 @@ from radar_service.records.fidelity import PRESETS, PURPOSE, Fidelity, fidelity_
 from radar_service.records.plan_item import PlanItem
 from radar_service.records.reports import FeedErrorCounts, Readings
 from radar_service.records.spokes import SpokeBlock, joined, regrouped
-from radar_service.records.truth import BodyTruth, Truth
 
 
 # plan_item: error and cost of a plan's line as text.
@@ -59,13 +57,6 @@ def test_counts_add_up() -> None:
 
 
 # truth: the records of the ground truth as plain data.
-def test_truth_is_plain_data() -> None:
-    body = BodyTruth(
-        "b", (1.0, 2.0, 3.0), (0.0, 0.0, 0.0), 0.1, 0.2, 0.3, 4.0, 0.5, 0.6, False, "shadowed", None, None, 7, 12.0
-    )
-    plain = Truth(1.5, body, (body,)).as_dict()
-    assert plain["time"] == 1.5 and plain["bodies"][0] == plain["own_ship"]
-    assert plain["own_ship"]["position"] == (1.0, 2.0, 3.0) and plain["own_ship"]["mmsi"] == 7
 
 
 # fidelity: the presets by name and in order.
@@ -101,13 +92,6 @@ def test_an_unknown_name_is_refused_with_the_presets(name: str) -> None:
         fidelity_from_name(name)
 
 
-def test_a_fidelity_is_changed_by_a_copy_alone() -> None:
-    preset = PRESETS["fast"]
-    with pytest.raises(FrozenInstanceError):
-        preset.bounces = 5  # type: ignore[misc]
-    assert replace(preset, bounces=5) != preset and hash(replace(preset)) == hash(preset)
-
-
 # cell_sources: what is requested of the sources of cells, and what can be told.
 NAMES = {0: "noise", 1: "sea", 256: "ferry"}
 
@@ -134,13 +118,10 @@ def test_only_what_can_be_told_and_is_not_told_anyway_is_requested() -> None:
     [
         (SourceList(NAMES, no_labels="it is old"), SourceRequest(labels=True), "labels: it is old, or leave labels out"),
         (SourceList(NAMES, no_powers="it is old"), SourceRequest(powers="all"), "powers: it is old, or leave powers out"),
-        (
-            SourceList(NAMES),
-            SourceRequest(powers=(1, 7)),
-            "powers: 7 is no source of this scene; it has 0 noise, 1 sea, 256 ferry",
-        ),
+        (SourceList(NAMES), SourceRequest(powers=(1, 7)),
+         "powers: 7 is no source of this scene; it has 0 noise, 1 sea, 256 ferry"),
     ],
-)
+)  # fmt: skip
 def test_what_cannot_be_told_is_refused(sources: SourceList, request_: SourceRequest, words: str) -> None:
     sources.check(SourceRequest())
     with pytest.raises(ValueError, match=words):

@@ -21,7 +21,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scene_file.model.body import KINDS, OWN_KEYS, BodyModel
 from radar_service.scene_file.model.scene import scene_model
 from radar_service.service.radio.radio_state import Event, State
-from radar_service.world.materials import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
+from radar_service.world.body import GROUND_ROUGHNESS, MATERIALS, VESSEL_MATERIALS, power_reflectivity
 
 DOCS = Path(__file__).parents[2] / "docs"
 BLOCK = re.compile(r"(<!-- table: ([a-z-]+) -->\n).*?(<!-- end -->)", flags=re.S)

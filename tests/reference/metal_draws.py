@@ -34,6 +34,7 @@ PERIOD, BEAMWIDTH = 2.5, np.deg2rad(3.9)  # of the default radar: s per scan, an
 BANDWIDTH, PULSE, HAMMING = 5e6, 10e-6, (0.54, 0.46)
 CELL = oracle.LIGHT / (2.0 * BANDWIDTH)  # m: every body lies within one range cell, so that a spoke holds one amplitude
 POWER, GAIN = 25e3, 1e3  # W, and power ratio
+BINS_PER_CELL = 30
 
 
 @dataclass(frozen=True)
@@ -188,25 +189,20 @@ def point_contributions(position: Floats, setting: Setting) -> oracle.Contributi
 
 
 def compressed(
-    parts: list[oracle.Contributions], ranges: Floats, boresight: float, bin_length: float = CELL / 30.0
-) -> np.ndarray:
+    parts: list[oracle.Contributions], ranges: Floats, boresight: float, beamwidth: float = BEAMWIDTH,
+    bandwidth: float = BANDWIDTH,
+) -> np.ndarray:  # fmt: skip
     """Compressed profile (N,) of contributions at a boresight: sorted into short bins, each of which is one pulse."""
-    profile = np.zeros(len(ranges), dtype=np.complex128)
     if not parts:
-        return profile
+        return np.zeros(len(ranges), dtype=np.complex128)
+    bin_length = oracle.LIGHT / (2.0 * bandwidth) / BINS_PER_CELL
     lengths = np.concatenate([part.length.ravel() for part in parts])
-    beam = [sinc2_beam(boresight - part.azimuth, BEAMWIDTH) for part in parts]
+    beam = [sinc2_beam(boresight - part.azimuth, beamwidth) for part in parts]
     amplitudes = np.concatenate([(part.amplitude * gain).ravel() for part, gain in zip(parts, beam, strict=True)])
-    lengths, amplitudes = lengths[amplitudes != 0], amplitudes[amplitudes != 0]
-    if not len(lengths):
-        return profile
-    first = lengths.min() - bin_length
-    total = in_bins((lengths - first) / bin_length, amplitudes)
-    near = np.flatnonzero(np.abs(ranges - first) < 10.0 * CELL)
-    centres = first + bin_length * np.arange(len(total))
-    delay = 2.0 * (ranges[near][:, None] - centres) / oracle.LIGHT
-    profile[near] = compressed_pulse(delay, BANDWIDTH, PULSE, HAMMING) @ total
-    return profile
+    total = in_bins((lengths - lengths.min()) / bin_length, amplitudes)
+    filled = np.flatnonzero(total)
+    delay = 2.0 * (ranges[:, None] - (lengths.min() + bin_length * filled)) / oracle.LIGHT
+    return np.asarray(compressed_pulse(delay, bandwidth, PULSE, HAMMING) @ total[filled])
 
 
 def unit_energy(draw: Draw, ranges: Floats, boresight: Floats) -> Floats:

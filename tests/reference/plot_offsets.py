@@ -1,13 +1,10 @@
 """How far the plots of a ship lie from the middle of its waterline, by aspect, and from where its power lies.
 
-`python -m tests.reference.plot_offsets` measures and writes the table of docs/plots.md anew, which stands between
-`<!-- measured: plot-offsets -->` and `<!-- end -->`. It takes a minute.
+`python -m tests.reference.plot_offsets` measures and writes the table of docs/plots.md anew. It takes a minute.
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,10 +16,8 @@ from radar_service.bench.scores.scan_result import ScanResult
 from radar_service.plots.clusters import ClusterRule
 from radar_service.plots.extractor import PlotExtractor
 from radar_service.scene_file.document import packaged_folder
-from tests.reference.docs_tables import DOCS, table
+from tests.reference.docs_tables import table, write_measured
 
-PAGE = DOCS.parent / "docs/plots.md"
-BLOCK = re.compile(r"(<!-- measured: plot-offsets -->\n).*?(<!-- end -->)", flags=re.S)
 ASPECTS = (0, 15, 30, 45, 60, 75, 90, 105, 120, 135, 150, 165, 180)  # degrees; a ship is alike on both sides, nearly
 DISTANCE = 2000.0  # m
 SCANS = 20
@@ -96,17 +91,7 @@ def _mean(errors: np.ndarray) -> str:
     return f"{errors.mean():+.2f} ± {errors.std(ddof=1) / np.sqrt(len(errors)):.2f}"
 
 
-def renewed(text: str, made: str) -> str:
-    """A page with the table put in."""
-    return BLOCK.sub(lambda match: match[1] + made + match[2], text)
-
-
-def main(page: Path = PAGE) -> None:
-    """Measures the freighter and writes the table."""
+if __name__ == "__main__":  # of the freighter
     made = rows(measured(ASPECTS, SCANS, {"mesh": "freighter.obj", "scattering": "optics"}))
-    page.write_text(renewed(page.read_text(encoding="utf-8"), made), encoding="utf-8")
+    write_measured("plot-offsets", made, "plots")
     print(made)
-
-
-if __name__ == "__main__":
-    main()

@@ -20,6 +20,9 @@ from tests.reference.nonlinear_pulse import correlation, tapered_pulse
 Floats = NDArray[np.float64]
 Complexes = NDArray[np.complex128]
 Pulse = Callable[[Floats, Floats], Complexes]  # delay from the peak (A, N) [s], two-way delay of the echo (A, 1) [s]
+Polar = Callable[
+    [rs.Scene, Any, Floats], tuple[Floats, Floats, Floats]
+]  # of a body at times (A,): range, azimuth, elevation
 
 
 def taylor_sum(sidelobe_db: float, nbar: int) -> tuple[float, ...]:
@@ -88,9 +91,22 @@ def plain_pulse(radar: Any) -> Pulse:
     return pulse
 
 
+def polar(made: rs.Scene, body: Any, time: Floats) -> tuple[Floats, Floats, Floats]:
+    """Range [m], azimuth and elevation [rad] of a body from the antenna at times (A,) [s]."""
+    return polar_of(made, body.motion.pose(time).position - made.own_ship.pose(time).position - (0, 0, made.radar.height))
+
+
+def polar_of(made: rs.Scene, offset: Floats) -> tuple[Floats, Floats, Floats]:
+    """The same of offsets (A, 3) from the antenna [m], over the curved earth."""
+    ground = np.hypot(offset[:, 0], offset[:, 1])
+    z = offset[:, 2] - ground**2 / (2 * made.environment.earth_factor * 6_371_000.0)
+    return np.hypot(ground, z), np.arctan2(offset[:, 0], offset[:, 1]), np.arctan2(z, ground)
+
+
 def exact_field(
-    made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam, every: int = 1
-) -> Complexes:
+    made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam, every: int = 1,
+    polar: Polar = polar,
+) -> Complexes:  # fmt: skip
     """Field (A, N) of the points of a scene at every so many azimuths, free space, folded where the radar asks for
     second-time-around echoes."""
     radar, time, boresight = made.radar, scan.time[::every], scan.azimuth[::every]
@@ -101,7 +117,7 @@ def exact_field(
         late = 0
         while True:
             sent = time - (0.0 if radar.prf is None else late / radar.prf)
-            r, azimuth, elevation = _polar(made, body, sent)
+            r, azimuth, elevation = polar(made, body, sent)
             level = _level(radar, body.rcs, r) * beam(elevation - radar.tilt, radar.beamwidth_el)
             interval = np.inf if not radar.second_time_around else LIGHT / (2 * radar.prf)
             belongs = np.floor(r / interval) == late
@@ -117,22 +133,17 @@ def exact_field(
     return field
 
 
-def _polar(made: rs.Scene, body: Any, time: Floats) -> tuple[Floats, Floats, Floats]:
-    offset = body.motion.pose(time).position - made.own_ship.pose(time).position
-    ground = np.sqrt(offset[:, 0] ** 2 + offset[:, 1] ** 2)
-    drop = ground**2 / (2 * made.environment.earth_factor * 6_371_000.0)
-    z = offset[:, 2] - drop - made.radar.height
-    return np.sqrt(ground**2 + z**2), np.arctan2(offset[:, 0], offset[:, 1]), np.arctan2(z, ground)
-
-
 def _level(radar: Any, rcs: float, r: Floats) -> Floats:
     power = radar.power * radar.gain**2 * radar.wavelength**2 * rcs / ((4 * np.pi) ** 3 * r**4 * radar.loss)
     return np.asarray(np.sqrt(power))
 
 
-def error_db(made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam, every: int = 1) -> float:
+def error_db(
+    made: rs.Scene, scan: rs.Scan, beam: Callable[[Floats, float], Floats] = sinc2_beam, every: int = 1,
+    polar: Polar = polar,
+) -> float:  # fmt: skip
     """Energy of the difference between a scan and the exact field, over that of the exact field, at every so many azimuths."""
-    exact = exact_field(made, scan, beam, every)
+    exact = exact_field(made, scan, beam, every, polar)
     return float(10 * np.log10(np.sum(np.abs(scan.field[::every] - exact) ** 2) / np.sum(np.abs(exact) ** 2)))
 
 

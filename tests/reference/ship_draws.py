@@ -23,8 +23,8 @@ import numpy as np
 
 from tests.reference import ship_tracks
 from tests.reference.cast_shadows import in_front
+from tests.reference.metal_draws import KNOT, log_uniform
 from tests.reference.metal_on_water import EARTH, LIGHT, SEA_WATER, Floats, Setting
-from tests.reference.ship_tracks import KNOT
 
 KINDS = ("straight", "rolling", "loop", "waypoint", "manoeuvre", "track", "own ship", "wall", "quay", "passing")
 SHADOWED = ("wall", "quay", "passing")
@@ -81,11 +81,6 @@ class Case:
         """East and north (2,) of the metal about the antenna [m]."""
         stands = [ship_tracks.stand(table, time, self.tracks).position for table in (self.bodies[0], self.own)]
         return np.asarray((stands[0] - stands[1])[:2])
-
-
-def log_uniform(rng: np.random.Generator, low: float, high: float) -> float:
-    """A number between two, even in its logarithm."""
-    return float(np.exp(rng.uniform(np.log(low), np.log(high))))
 
 
 def drawn(number: int, seed: int) -> Case:

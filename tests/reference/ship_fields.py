@@ -10,13 +10,10 @@ import numpy as np
 from tests.reference import metal_on_water as oracle
 from tests.reference import ship_tracks
 from tests.reference.cast_shadows import Piece, in_front, lit_pieces
-from tests.reference.compressed_pulse import compressed_pulse, in_bins, sinc2_beam
+from tests.reference.metal_draws import GAIN, POWER, compressed
 from tests.reference.metal_on_water import Contributions, Face, Floats
 from tests.reference.ship_draws import AZIMUTHS, STEP, Case, Table
 
-PULSE, HAMMING = 10e-6, (0.54, 0.46)
-POWER, GAIN = 25e3, 1e3  # W, and power ratio
-BINS_PER_CELL = 30
 SHADOWED = 0.03  # of the field without shadows: what is left of less is the far edge of a shadow
 CELLS_AROUND = 3.0  # of range about the bodies that are compared
 
@@ -80,24 +77,6 @@ def field(case: Case, ranges: Floats, spokes: np.ndarray, size: float | None = N
         boresight = 2.0 * np.pi * spoke / AZIMUTHS
         rows.append(compressed(contributions(case, spoke * STEP, size, shadows), ranges, boresight, beamwidth, bandwidth))
     return np.asarray(level * np.array(rows))
-
-
-def compressed(
-    parts: list[Contributions], ranges: Floats, boresight: float, beamwidth: float, bandwidth: float
-) -> np.ndarray:
-    """Compressed profile (N,) of contributions at a boresight: sorted into short bins, each of which is one pulse."""
-    profile = np.zeros(len(ranges), dtype=np.complex128)
-    if not parts:
-        return profile
-    bin_length = oracle.LIGHT / (2.0 * bandwidth) / BINS_PER_CELL
-    lengths = np.concatenate([part.length.ravel() for part in parts])
-    beam = [sinc2_beam(boresight - part.azimuth, beamwidth) for part in parts]
-    amplitudes = np.concatenate([(part.amplitude * gain).ravel() for part, gain in zip(parts, beam, strict=True)])
-    total = in_bins((lengths - lengths.min()) / bin_length, amplitudes)
-    centres = lengths.min() + bin_length * np.arange(len(total))
-    filled = np.flatnonzero(total)
-    delay = 2.0 * (ranges[:, None] - centres[filled]) / oracle.LIGHT
-    return np.asarray(compressed_pulse(delay, bandwidth, PULSE, HAMMING) @ total[filled])
 
 
 def level(case: Case, ranges: Floats, exact: np.ndarray) -> float:

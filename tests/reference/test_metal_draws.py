@@ -8,7 +8,7 @@ import pytest
 
 from tests.reference import metal_draws
 from tests.reference import metal_on_water as oracle
-from tests.reference.metal_draws import BEAMWIDTH, PERIOD, ROWS, Draw, drawn
+from tests.reference.metal_draws import ROWS, Draw, drawn
 
 RANGES = (np.arange(400) + 0.5) * metal_draws.CELL / 1.5
 FREE = oracle.Setting(sea=False, earth_radius=np.inf)
@@ -33,15 +33,6 @@ def test_draws_are_what_the_table_says(row: int) -> None:
     assert metal_draws.local_rms(draws[0], 4) > 0.0
 
 
-def test_bodies_stand_on_the_water_or_in_it() -> None:
-    """Lowest points: row 1 at the water or above, row 4 always below, and never wholly."""
-    for i in range(30):
-        lowest = min(face.corners[:, 2].min() for face in drawn(1, i, 3).placed(0.0))
-        assert lowest >= -1e-12
-        heights = np.concatenate([face.corners[:, 2] for face in drawn(4, i, 3).placed(0.0)])
-        assert heights.min() < 0.0 < heights.max()
-
-
 def test_a_spoke_holds_the_amplitude_of_a_small_body() -> None:
     """On boresight its root energy over that of 1 m^2 is the root of its cross-section; 4 pi A^2 / lambda^2."""
     draw = small_plate()
@@ -50,14 +41,6 @@ def test_a_spoke_holds_the_amplitude_of_a_small_body() -> None:
     ratio = np.linalg.norm(field, axis=1) / metal_draws.unit_energy(draw, RANGES, boresight)
     assert ratio[0] == pytest.approx(metal_draws.amplitude(draw), rel=1e-4)
     assert ratio[0] == pytest.approx(2 * np.sqrt(np.pi) * 0.04 / FREE.wavelength, rel=1e-3)
-
-
-def test_a_spoke_off_boresight_has_half_the_amplitude() -> None:
-    """Half a beamwidth off: one-way half power is two-way half amplitude; 0.2 m at 1 km turn that by 1e-4."""
-    draw = small_plate()
-    boresight = draw.bearing + np.array([0.0, BEAMWIDTH / 2])
-    level = np.linalg.norm(metal_draws.spoke_field(draw, RANGES, boresight, np.full(2, draw.time)), axis=1)
-    assert level[1] / level[0] == pytest.approx(0.5, rel=1e-3)
 
 
 def test_a_turning_plate_has_the_pattern_of_its_aspect_at_each_spoke() -> None:
@@ -69,13 +52,6 @@ def test_a_turning_plate_has_the_pattern_of_its_aspect_at_each_spoke() -> None:
     exact = np.cos(turned) * np.sinc(2 * 0.2 * np.sin(turned) / FREE.wavelength)
     level = np.linalg.norm(field, axis=1)
     assert level / level[1] == pytest.approx(np.abs(exact), abs=2e-3)
-
-
-def test_a_moving_body_is_where_it_is_when_the_beam_crosses_it() -> None:
-    draw = small_plate(velocity=np.array([3.0, -4.0, 0.0]), scan=2)
-    assert draw.time == pytest.approx((2 + 1.0 / (2 * np.pi)) * PERIOD)
-    assert np.hypot(*draw.position(draw.time)[:2]) == pytest.approx(1000.0)
-    assert draw.position(draw.time + 1.0) - draw.position(draw.time) == pytest.approx([3.0, -4.0, 0.0])
 
 
 def test_a_wall_hides_what_it_is_drawn_to_hide() -> None:

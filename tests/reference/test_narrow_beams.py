@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.world.hull_types import hull_mesh
+from radar_service.world.shapes import hull_mesh
 from tests.reference.narrow_beams import LIGHT, Floats, profile
 
 WAVELENGTH = LIGHT / 9.41e9

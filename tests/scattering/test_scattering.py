@@ -17,7 +17,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
-from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
 from radar_service.scattering.models import model_named, scattering_model
 from radar_service.scattering.physical_optics.model import FACETS_DB, REBOUNCES_DB, PhysicalOptics
 from radar_service.scattering.predictions import BodyRun, Conditions, RunError
@@ -25,9 +25,8 @@ from radar_service.scattering.rays import RaySampledSurfaces
 from radar_service.scattering.resting_points import MapCells
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
 from radar_service.scattering.surface_sampling import density_db, surface_db
-from radar_service.trace.line_of_sight import OcclusionScene
+from radar_service.world.body import MATERIALS
 from radar_service.world.error import SceneError
-from radar_service.world.materials import MATERIALS
 from radar_service.world.poses import map_from_bodies
 from tests.scattering.test_fixed_scatterers import FLAT, build, context, instant
 from tests.scenes import point, scene
@@ -154,14 +153,11 @@ def mixed() -> rs.Scene:
 
 
 def built(made: rs.Scene, keys: list[int], sampler: str = "scatterers") -> ScattererSet:
-    fidelity = replace(PRESETS["balanced"], sampler=sampler)  # type: ignore[arg-type]
-    context = ScatteringContext(made.radar, fidelity, 3, made.antenna(0.0)[0], made.environment, made.bodies, np.inf)
-    return build_scatterers([made.bodies[k] for k in keys], keys, context)
+    return build_scatterers([made.bodies[k] for k in keys], keys, context(made, sampler=sampler))
 
 
-def echoes(made: rs.Scene, scatterers: ScattererSet):  # type: ignore[no-untyped-def]
-    antenna = made.antenna(0.0)[0]
-    return scatterers.echoes(antenna, Instant(0.0, OcclusionScene(made.bodies, np.inf), 1e5))
+def echoes(made: rs.Scene, scatterers: ScattererSet) -> BodyEchoes:
+    return scatterers.echoes(made.antenna(0.0)[0], instant(made))
 
 
 def test_echoes_are_those_of_each_body_alone_in_order() -> None:
@@ -221,7 +217,7 @@ def test_cells_miss_no_point_of_a_wedge(antenna: tuple[float, float]) -> None:
 def test_points_at_rest_are_those_of_the_model() -> None:
     """Sum of the strengths squared: gamma times the area of the box, 2 x (600 x 500 + 3 x 1100) m^2 or what lies over the sea."""
     made = scene([{**SLAB, "name": "a", "position_m": [900, 0, 0]}, {**SLAB, "name": "b", "position_m": [-900, 0, 0]}])
-    model = DiffuseScattering.build(made.bodies, np.arange(2), context(made))
+    model = build(DiffuseScattering, made)
     points = model.resting_points()
     assert len(points) == model.scatterers.sum() and np.bincount(points.body).tolist() == model.scatterers.tolist()
     area = 2 * (600 * 500 + 3 * 1100)
@@ -351,8 +347,5 @@ def test_rays_predict_nothing() -> None:
 def test_metal_is_summed_over_the_same_size_before_and_after_it_is_built() -> None:
     """By the class for the nearest part, by the model for the middle."""
     made = scene([FAR_BOX | SCATTERINGS["optics"]])
-    built = PhysicalOptics.build(made.bodies, np.arange(1), context(made))
-    at = 500.0
-    assert (
-        PhysicalOptics.coherence_at(made.bodies[0], made.radar, at) == built.coherence(0, at + made.bodies[0].radius) > 0.0
-    )
+    by_model = build(PhysicalOptics, made).coherence(0, 500.0 + made.bodies[0].radius)
+    assert PhysicalOptics.coherence_at(made.bodies[0], made.radar, 500.0) == by_model > 0.0

@@ -1,6 +1,5 @@
 """Scatterers: fixed, on the surface, carrying its area."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,9 +8,9 @@ import pytest
 import radar_service as rs
 from radar_service.numerics.frames import effective_earth_radius, polar_from_map
 from radar_service.propagation.multipath import two_ray_factor
-from radar_service.records.fidelity import MIN_SCATTERERS, PRESETS
+from radar_service.records.fidelity import MIN_SCATTERERS
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
-from radar_service.scattering.model import Instant, ScatteringContext
+from radar_service.scattering.model import Instant
 from radar_service.scattering.surface_sampling import (
     MAX_STRATA,
     cell_density,
@@ -22,6 +21,7 @@ from radar_service.scattering.surface_sampling import (
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Mesh
 from radar_service.world.poses import map_from_bodies
+from tests.scattering.test_fixed_scatterers import build
 from tests.scenes import scene
 
 SLIVERS = Mesh(
@@ -87,9 +87,8 @@ SHAPES: dict[str, dict[str, Any]] = {
 def power(made: rs.Scene, sight: OcclusionScene, count: int, seed: int, multipath: bool) -> float:
     """Mean power of a body over its phases; with multipath |F|^4 is averaged over 32 heights of each span."""
     earth, antenna = effective_earth_radius(made.environment.earth_factor), made.antenna(0.0)[0]
-    fidelity = replace(PRESETS["balanced"], min_scatterers=count, scatterers_per_cell=0.01)
-    context = ScatteringContext(made.radar, fidelity, seed, antenna, made.environment, made.bodies, earth)
-    echoes = DiffuseScattering.build(made.bodies, np.array([0]), context).echoes(antenna, Instant(0.0, sight, 1e5))
+    model = build(DiffuseScattering, made, seed=seed, earth=earth, min_scatterers=count, scatterers_per_cell=0.01)
+    echoes = model.echoes(antenna, Instant(0.0, sight, 1e5))
     pose = made.bodies[0].motion.pose(0.0)
     position = map_from_bodies(echoes.position, echoes.body, pose.position, pose.heading)
     polar, factor = polar_from_map(position, antenna, earth), np.ones((1, len(echoes)))

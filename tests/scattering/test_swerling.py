@@ -15,15 +15,18 @@ LAWS = {"exponential": stats.expon(), "four degrees of freedom": stats.gamma(2, 
 
 
 def draws(case: int) -> np.ndarray:
-    """600 independent powers relative to a steady target: one a scan for the slow cases, three azimuths of each scan, all
-    within 10 dB of the peak, for the fast ones."""
-    steady = rs.Simulator(scene([point("t", 0, 500)], radar=RADAR)).scan().power
-    column = int(np.argmax(steady[0]))
-    rows = [0] if case in (1, 3) else [0, 1, 15]
-    assert all(steady[row, column] > 0.1 * steady[0, column] for row in rows)
-    sim = rs.Simulator(scene([point("t", 0, 500, swerling=case)], radar=RADAR), seed=11)
-    taken = [sim.scan().power[rows, column] / steady[rows, column] for _ in range(600 // len(rows))]
-    return np.concatenate(taken)
+    """600 independent powers relative to steady targets: of three that are more than a pulse apart one a scan for the slow cases,
+    three azimuths of each scan, all within 10 dB of the peak, for the fast ones."""
+    ranges = (200.0, 380.0, 560.0)
+    steady, sim = (
+        rs.Simulator(scene([point(f"{north}", 0, north, swerling=each) for north in ranges], radar=RADAR), seed=11)
+        for each in (0, case)
+    )
+    scan, rows = steady.scan(), [0] if case in (1, 3) else [0, 1, 15]
+    cells = np.ix_(rows, [int(np.abs(scan.range - north).argmin()) for north in ranges])
+    power = scan.power[cells]
+    assert (power > 0.1 * power[0]).all()
+    return np.concatenate([(sim.scan().power[cells] / power).ravel() for _ in range(200 // len(rows) + 1)])[:600]
 
 
 def chi_square(powers: np.ndarray, law: stats.rv_continuous) -> float:

@@ -30,26 +30,16 @@ from tests.scene_file.scene_sources import problems
         ("a.toml", b"a = " + b"[" * 200_000, "nested more than 1000 deep"),
         ("a.toml", b"a." * 5000 + b"a = 1", "a key has more than 200 parts"),
         ("a.toml", b"a." * 100 + b"a = 1", "nested more than 24 deep"),
-        (
-            "a.toml",
-            b'name = "x"\n[[body]]\nmesh = "a\\ship.obj"',
-            "a backslash begins an escape; write paths with forward slashes",
-        ),
-        (
-            "a.json",
-            b'{"body": [{"mesh":\n"a\\ship.obj"}]}',
-            "a backslash begins an escape; write paths with forward slashes",
-        ),
-        (
-            "a.toml",
-            b"",
-            "scene: it is empty; give it a name, a radar or a body, or load one of aids, coast, far-target, harbour,",
-        ),
+        ("a.toml", b'name = "x"\n[[body]]\nmesh = "a\\ship.obj"',
+         "a backslash begins an escape; write paths with forward slashes"),
+        ("a.json", b'{"body": [{"mesh":\n"a\\ship.obj"}]}', "a backslash begins an escape; write paths with forward slashes"),
+        ("a.toml", b"",
+         "scene: it is empty; give it a name, a radar or a body, or load one of aids, coast, far-target, harbour,"),
         ("a.yaml", b"name: a", 'the ending ".yaml" is not known'),
         ("a.toml", b"#" * (10 * 2**20 + 1), "larger than 10485760 bytes"),
         ("a.toml", b"name = 1979-05-27", "name: 1979-05-27 is not allowed; text"),
     ],
-)
+)  # fmt: skip
 def test_bad_scene_files(tmp_path: Path, name: str, content: bytes, message: str) -> None:
     (tmp_path / name).write_bytes(content)
     assert message in problems(tmp_path / name)[0]
@@ -68,13 +58,6 @@ def test_no_name_is_an_error_with_a_remedy(source: str) -> None:
     (message,) = problems(source)
     assert message.startswith(
         'scene: "" names no scene; give a .toml or .json file, or one of aids, coast, far-target, harbour, '
-    )
-
-
-def test_an_empty_mapping_is_an_error_with_a_remedy() -> None:
-    (message,) = problems({})
-    assert message.startswith(
-        "scene: it is empty; give it a name, a radar or a body, or load one of aids, coast, far-target, harbour, "
     )
 
 

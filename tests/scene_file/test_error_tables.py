@@ -9,7 +9,7 @@ import pytest
 import radar_service as rs
 from radar_service.scene_file.error_tables import PROFILES, changed_errors, drawn_biases, error_tables
 from radar_service.scene_file.model.errors import ErrorsModel
-from radar_service.world.error_settings import ErrorSettings
+from radar_service.world.reporting import ErrorSettings
 from tests.world.test_world import EVERY, settings
 
 DEGREE, KNOT = 0.017453292519943295, 1852 / 3600
@@ -85,14 +85,8 @@ def test_biases_have_signs_and_directions_of_their_own() -> None:
 
 
 SHORE: dict[str, Any] = {"id": "shore", "platform": {"position_m": [90, 0]}}
-FERRY: dict[str, Any] = {
-    "name": "ferry",
-    "shape": "box",
-    "length_m": 9,
-    "width_m": 9,
-    "height_m": 9,
-    "position_m": [0, 900, 0],
-}
+FERRY: dict[str, Any] = {"name": "ferry", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9,
+                         "position_m": [0, 900, 0]}  # fmt: skip
 
 
 def of_each(**sections: Any) -> dict[str, ErrorSettings | None]:
@@ -148,23 +142,16 @@ def test_a_body_that_is_own_ship_has_its_errors_at_either_place() -> None:
     [
         ({"radar": {"errors": {"gyro": {}}}}, "radar.errors: gyro is a sensor of the platform; give it in"),
         ({"own_ship": {"errors": {"feed": {}}}}, "own_ship.errors: feed belongs to a radar; give it in"),
-        (
-            {"body": [FERRY | {"errors": {"antenna": {}}}]},
-            "body[0].errors: antenna belongs to a radar; give it in",
-        ),
+        ({"body": [FERRY | {"errors": {"antenna": {}}}]}, "body[0].errors: antenna belongs to a radar; give it in"),
         ({"body": [FERRY | {"errors": {"log": {}}}]}, 'body[0].errors: "ferry" carries no radar; remove errors'),
-        (
-            {"radar": [SHORE], "own_ship": {"errors": {"log": {}}}},
-            "own_ship.errors: own ship carries no radar; remove errors",
-        ),
-        (
-            {"own_ship": {"body": "ferry", "errors": {}}, "body": [FERRY | {"errors": {}}]},
-            "own_ship.errors: body[0].errors defines the errors of own ship too; remove one of the two",
-        ),
+        ({"radar": [SHORE], "own_ship": {"errors": {"log": {}}}},
+         "own_ship.errors: own ship carries no radar; remove errors"),
+        ({"own_ship": {"body": "ferry", "errors": {}}, "body": [FERRY | {"errors": {}}]},
+         "own_ship.errors: body[0].errors defines the errors of own ship too; remove one of the two"),
         ({"own_ship": {"errors": {"gyro": {"bias_deg": 200}}}}, "own_ship.errors.gyro.bias_deg: 200 is not allowed"),
         ({"radar": {"errors": {"fed": {}}}}, "radar.errors.fed: this is not a known key"),
     ],
-)
+)  # fmt: skip
 def test_a_table_at_the_wrong_place_is_refused_with_the_right_one(sections: dict[str, Any], message: str) -> None:
     with pytest.raises(rs.SceneError) as refused:
         rs.load_scene(sections)

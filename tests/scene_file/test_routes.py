@@ -1,7 +1,6 @@
 """Motion from course and speed, and from waypoints."""
 
 import math
-from typing import Any
 
 import numpy as np
 import pytest
@@ -10,7 +9,6 @@ from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.describe import describe
 from radar_service.scene_file.model.moving import WaypointModel
 from radar_service.scene_file.routes import constant_motion, motion_from_waypoints
-from radar_service.world.error import SceneError
 from radar_service.world.steered_motion import SteeredMotion, SteeringLimits
 from tests.scenes import point, scene
 
@@ -21,12 +19,6 @@ TINY = 1e-9  # m: rounding of positions of a few km in float64
 
 def waypoints(*stops: tuple[float, float, float]) -> list[WaypointModel]:
     return [WaypointModel(position_m=(east, north), speed_kn=speed) for east, north, speed in stops]
-
-
-def test_constant_course_runs_clockwise_from_north() -> None:
-    pose = constant_motion(START, None, 90.0, 12 * KNOT).pose(10.0)
-    np.testing.assert_allclose(pose.position, [[100.0 + 120 * KNOT, -50.0, 2.0]], atol=TINY)
-    assert pose.heading[0] == pytest.approx(math.pi / 2) and pose.course[0] == pytest.approx(math.pi / 2)
 
 
 @pytest.mark.parametrize(
@@ -74,23 +66,3 @@ def test_what_is_declared_steerable_has_its_limits_in_si_units() -> None:
     defaults = scene(own_ship={"steerable": {}}).own_ship
     assert isinstance(defaults, SteeredMotion) and defaults.limits == SteeringLimits(30 * KNOT, math.radians(5))
     assert not isinstance(scene(own_ship={}).own_ship, SteeredMotion)
-
-
-@pytest.mark.parametrize(
-    ("body", "words"),
-    [
-        ({"steerable": {"max_speed_kn": -1}}, "steerable.max_speed_kn"),
-        ({"steerable": {"max_turn_rate_deg_s": 0}}, "steerable.max_turn_rate_deg_s"),
-        ({"steerable": {"max_speed": 1}}, "steerable.max_speed"),
-        ({"steerable": True}, "steerable"),
-    ],
-)
-def test_limits_that_are_refused(body: dict[str, Any], words: str) -> None:
-    with pytest.raises(SceneError) as refused:
-        scene([point("t", 0, 300, **body)])
-    assert words in str(refused.value)
-
-
-def test_terrain_is_not_steerable() -> None:
-    with pytest.raises(SceneError, match="steerable: a height map is land, .* at rest, .*; remove steerable"):
-        scene([{"name": "island", "heightmap": "i.png", "extent_m": [100, 100], "steerable": {}}])

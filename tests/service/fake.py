@@ -13,13 +13,12 @@ from radar_service.records.fidelity import Fidelity
 from radar_service.records.spokes import SpokeBlock
 from radar_service.records.truth import BodyTruth, Crossing, OwnShipTruth, ShipStates, Snapshot, Truth
 from radar_service.scene_file.load import load_scene
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.scene_process_main import scene_of
 from radar_service.service.scene_request import SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo, TruthLine
 from radar_service.world.commands import Command
-from radar_service.world.outline import outline_of
-from radar_service.world.scene import Scene, scene_at_rpm
+from radar_service.world.scene import Scene, outline_of, scene_at_rpm
 
 AZIMUTHS, BINS, STEP = 24, 20, 10.0
 OWN_SHIP = OwnShipTruth(

@@ -1,6 +1,5 @@
 """Controls declared once: what is derived from them agrees, and a new one needs no other list."""
 
-import math
 from typing import Any
 
 import pytest
@@ -15,7 +14,7 @@ from radar_service.service.controls import (
     control_definitions,
     controls_state,
 )  # fmt: skip
-from radar_service.service.settings import Pace, Settings
+from radar_service.service.settings import Settings
 from radar_service.world.error import SceneError
 from tests.service.fake import BINS, STEP, FakeEngine, scene, scene_in
 
@@ -104,7 +103,3 @@ def test_engine_controls_change_the_scene_that_runs_next() -> None:
     assert changed is not None
     with pytest.raises(SceneError):  # by the process that would run it
         scene_in(changed)
-
-
-def test_a_pace_as_fast_as_possible_is_infinite() -> None:
-    assert changed_settings(Settings(), scene(), {"pace": {"factor": "max"}}).pace == Pace("run", math.inf)

@@ -22,8 +22,8 @@ from radar_service.service.access import (
     is_loopback,
     told_fields,
     told_plan,
-    told_warnings,
 )
+from radar_service.service.codecs.native.messages import scene_fields
 from radar_service.service.feed_request import FeedRequest, View
 from radar_service.service.poses import MAX_EXTRAPOLATION, PoseReader
 from radar_service.service.scene_request import ProcessSimulator, cell_layout
@@ -31,6 +31,7 @@ from radar_service.service.settings import Pace
 from radar_service.service.spokes import Epoch, SpokeBatch, new_epoch_name
 from radar_service.service.token_bucket import TokenBucket
 from radar_service.world.commands import CommandError
+from radar_service.world.scene import outline_of
 from tests.scenes import TWO_RADARS, averaging
 from tests.service.fake import BINS, STEP, FakeEngine, scene, steerable_scene
 
@@ -50,7 +51,8 @@ def test_without_the_truth_a_plan_has_its_methods_and_no_body() -> None:
 
 @pytest.mark.parametrize(("knows", "told"), [(True, ["body[0]: odd"]), (False, [])])
 def test_warnings_name_bodies(knows: bool, told: list[str]) -> None:
-    assert told_warnings(("body[0]: odd",), knows) == told
+    outline = dataclasses.replace(outline_of(scene()), warnings=("body[0]: odd",))
+    assert scene_fields(outline, knows)["warnings"] == told
 
 
 def test_a_program_under_test_learns_neither_the_seed_nor_how_many_bodies_there_are() -> None:
@@ -114,12 +116,6 @@ def test_a_burst_and_then_the_rate() -> None:
 
 
 # spokes: the records between a radar and its sinks.
-def test_a_batch_is_as_long_as_its_block_and_cannot_be_changed() -> None:
-    engine = FakeEngine(scene())
-    batch = SpokeBatch(Epoch("e", engine, None), 7, engine.block(3, 4), Controls())
-    assert len(batch) == 4
-    with pytest.raises(dataclasses.FrozenInstanceError):
-        batch.first = 8  # type: ignore[misc]
 
 
 def test_the_cells_of_an_epoch_end_at_its_range() -> None:

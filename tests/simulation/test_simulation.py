@@ -7,12 +7,11 @@ import radar_service as rs
 from radar_service.engine.documented import DocumentedEngine
 from radar_service.records.cell_sources import SourceRequest
 from radar_service.records.fidelity import PRESETS
-from radar_service.simulation.engine_set_up import SourceTiles, chosen_fidelity, engine_set_up
+from radar_service.simulation.engine_set_up import SourceTile, SourceTiles, chosen_fidelity, engine_set_up
 from radar_service.simulation.tile_processes import NOBODY, TileShares, shares
 from radar_service.simulator import Simulator
 from radar_service.sources import labels, power_window
 from radar_service.sources.labels import LabellingEngine, LabellingStitchedEngine
-from radar_service.sources.numbers import source_names
 from radar_service.world.scene import Scene
 from tests.scenes import point, scene
 
@@ -113,7 +112,7 @@ def tiles(request: SourceRequest, made: Scene = MADE) -> SourceTiles:
 def test_labels_and_powers_are_those_of_a_simulator(made: Scene) -> None:
     simulator = Simulator(made, "fast", labels=True)
     scan, powers = simulator.scan(), simulator.source_powers(0)
-    told = list(tiles(SourceRequest(labels=True, powers="all"), made).scan(0, None))
+    told = [SourceTile(*tile) for tile in tiles(SourceRequest(labels=True, powers="all"), made).scan(0, None)]
     assert np.concatenate([tile.labels for tile in told]).tobytes() == scan.labels.tobytes()
     assert np.concatenate([tile.field for tile in told]).tobytes() == scan.field.tobytes()
     assert {number for tile in told for number in tile.powers} == set(powers) == {0, 1, 256, 257}
@@ -122,7 +121,7 @@ def test_labels_and_powers_are_those_of_a_simulator(made: Scene) -> None:
 
 
 def test_named_powers_come_alone() -> None:
-    (tile, *_) = tiles(SourceRequest(powers=(2, 257))).scan(0, None)
+    tile = SourceTile(*next(tiles(SourceRequest(powers=(2, 257))).scan(0, None)))
     assert tile.labels is None and list(tile.powers) == [257]  # there is no rain
 
 
@@ -133,7 +132,7 @@ def test_what_is_not_requested_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
     made = tiles(SourceRequest())
     monkeypatch.setattr(labels.Labeller, "__init__", fail)
     monkeypatch.setattr(power_window.SourcePowers, "__init__", fail)
-    assert all(tile.labels is None and tile.powers is None for tile in made.scan(0, None))
+    assert all(SourceTile(*tile)[3:] == (None, None) for tile in made.scan(0, None))
     made.request = SourceRequest(labels=True)
     with pytest.raises(AssertionError, match="computed"):
         list(made.scan(0, None))
@@ -142,7 +141,7 @@ def test_what_is_not_requested_is_not_computed(monkeypatch: pytest.MonkeyPatch) 
 def test_the_specification_as_printed_tells_no_sources_and_says_why() -> None:
     made = scene(radar=RADAR)
     engine, _, _, pulses = engine_set_up(made, PRESETS["documented"], "documented", 0)
-    sources = SourceTiles(engine, pulses, SourceRequest()).sources(source_names(made))
+    sources = SourceTiles(engine, pulses, SourceRequest()).sources(made)
     assert "documented" in sources.no_labels and "documented" in sources.no_powers and sources.names[0] == "noise"
     with pytest.raises(ValueError, match="powers: .*documented.* leave powers out"):
         Simulator(made, "documented", powers="all")

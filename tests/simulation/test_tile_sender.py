@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from radar_service.processes.channel import CAN_FORK, Channel
-from radar_service.simulation import tile_sender
+from radar_service.simulation import tile_processes
 from radar_service.simulation.engine_set_up import SourceTile
-from radar_service.simulation.tile_sender import Computed, TileSender
+from radar_service.simulation.tile_processes import Computed, TileSender
 
 pytestmark = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork processes with libraries that have threads")
 
@@ -53,7 +53,7 @@ def test_no_more_are_computed_than_may_wait(
     ends: tuple[TileSender, Channel], most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """One is being sent; of the others two are one too many, by their number or by their size."""
-    monkeypatch.setattr(tile_sender, "BYTES_AHEAD", 8 * CELLS + 1 if most > 2 else 2**30)
+    monkeypatch.setattr(tile_processes, "BYTES_AHEAD", 8 * CELLS + 1 if most > 2 else 2**30)
     sender, reader = ends
     for number in range(3):
         sender.put(tile(number))
@@ -74,7 +74,7 @@ def test_no_more_are_computed_than_may_wait(
 def test_soon_after_an_order_few_wait(ends: tuple[TileSender, Channel], monkeypatch: pytest.MonkeyPatch) -> None:
     """Two of three that are not being sent are too many until STEERED_SECONDS have passed, while nobody reads."""
     sender, _ = ends
-    monkeypatch.setattr(tile_sender, "STEERED_SECONDS", 0.3)
+    monkeypatch.setattr(tile_processes, "STEERED_SECONDS", 0.3)
     begun = time.monotonic()
     sender.begin()
     for number in range(3):

@@ -11,7 +11,7 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.sources.numbers import BODY, source_names, source_numbers
 from radar_service.sources.rows import resting_fields, source_rows, spread_echoes
 from radar_service.stages.registry import numbers_of
-from radar_service.world.materials import MATERIALS, is_land
+from radar_service.world.body import MATERIALS, is_land
 from tests.alone import Alone
 from tests.scenes import point, scene
 
@@ -108,7 +108,6 @@ def test_rows_below_the_floor_are_left_out() -> None:
 
 # rows: rows of each source against all echoes on one grid.
 NUMBERS = np.array([256, 257, 20, 259, 260, 4])
-ROWS_RADAR = {"range_max_m": 1200, "azimuths": 64, "beamwidth_deg": 8, "pulse_s": 1e-6}
 
 
 def echoes(seed: int, azimuths: int, bodies: list[int], ranges: list[float]) -> BeamWeightedEchoes:
@@ -141,7 +140,7 @@ def recorded(prepared: Prepared) -> tuple[Contributions, dict[int, Profiles]]:
 
 @pytest.mark.parametrize("eclipsing", [False, True], ids=["", "eclipsing"])
 def test_each_source_has_the_rows_of_its_echoes_alone(eclipsing: bool) -> None:
-    prepared = prepare(scene(radar=ROWS_RADAR | {"eclipsing": eclipsing}), PRESETS["balanced"], 0)
+    prepared = prepare(scene(radar=RADAR | {"eclipsing": eclipsing}), PRESETS["balanced"], 0)
     record, expected = recorded(prepared)
     rows = source_rows(prepared, record, NUMBERS, full_rows=[20])
     got = dict(rows.full_rows)
@@ -161,7 +160,7 @@ def test_each_source_has_the_rows_of_its_echoes_alone(eclipsing: bool) -> None:
 
 
 def test_columns_that_wrap_around_the_row_are_nobodys_alone() -> None:
-    prepared = prepare(scene(radar=ROWS_RADAR), PRESETS["balanced"], 0)
+    prepared = prepare(scene(radar=RADAR), PRESETS["balanced"], 0)
     size, step = prepared.compression.size, prepared.scene.radar.range_step
     first, last = echoes(1, 1, [0], [1.0]), echoes(2, 1, [3], [(size - 4.5) * step])
     for pair, alone in (([first, last], set()), ([last], {259})):
@@ -174,6 +173,6 @@ def test_columns_that_wrap_around_the_row_are_nobodys_alone() -> None:
 
 
 def test_no_echoes_have_no_rows() -> None:
-    prepared = prepare(scene(radar=ROWS_RADAR), PRESETS["balanced"], 0)
+    prepared = prepare(scene(radar=RADAR), PRESETS["balanced"], 0)
     rows = source_rows(prepared, Contributions(), NUMBERS)
     assert not rows.full_rows and not rows.windows

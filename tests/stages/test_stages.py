@@ -24,7 +24,7 @@ from radar_service.truth.truth_file import scene_hash
 from tests.scenes import point, scene
 from tests.stages.fixtures import Installed, context_of
 
-# points: echoes of points by the radar equation; `tests/plug_ins/effects` holds them against a body that is a point.
+# points: echoes of points by the radar equation; `tests/plug_ins` holds them against a body that is a point.
 WALL = {"name": "wall", "shape": "plate", "width_m": 200, "height_m": 80, "position_m": [0, 900, 0]}
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.sweep.inputs import Inputs, inputs_of
 from radar_service.sweep.layout import layout_of
 from radar_service.sweep.sweep import Tally, run_sweep

@@ -38,7 +38,7 @@ def test_a_store_that_is_laid_out_has_no_run_and_is_opened_again(tmp_path: Path)
     before = content(tmp_path / "out.zarr")
     assert not store.finished.any() and not store.failures and laid_out(tmp_path).digest == store.digest
     assert content(tmp_path / "out.zarr") == before
-    assert [*store.inputs().runs] == [*inputs(tmp_path / "in").runs]
+    assert [*store.inputs.runs] == [*inputs(tmp_path / "in").runs]
     assert (store.sizes["run"], store.scans_per_chunk, store.body_names()) == (4, 2, ["buoy", "cube"])
 
 

@@ -11,18 +11,17 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.batch.dask_cluster import cluster
 from radar_service.batch.jobs import Outcome
 from radar_service.batch.worker_processes import WorkerDied
-from radar_service.numerics.arithmetic import arithmetic
+from radar_service.numerics.arithmetic_name import arithmetic
 from radar_service.sweep import sweep as sweep_module
 from radar_service.sweep.estimate import COPIES, HOUR, estimate
 from radar_service.sweep.layout import CHUNK_BYTES, StoreLayout, layout_of
 from radar_service.sweep.spec import SweepError, SweepSpec, json_schema, load_spec
 from radar_service.sweep.store import SweepStore, lay_out
-from radar_service.sweep.sweep import RunTask, run
+from radar_service.sweep.sweep import run
 from tests.batch.loopback_cluster import loopback_cluster
-from tests.sweep.killing import ended, files, killed, moments, started
+from tests.sweep.killing import ended, killed, moments, started
 from tests.sweep.sweeps import SCENE, SPEC, content, inputs, open_dataset, swept, written
 
 MORE = SPEC.replace("seeds = 2", "seeds = 3")  # 6 runs
@@ -45,13 +44,6 @@ def test_all_runs_are_there(undisturbed: dict[str, bytes], tmp_path: Path) -> No
     assert SweepStore(address).finished.all() and not np.isnan(dataset.power).any() and len(np.unique(dataset.video)) > 3
     strongest = dataset.power.isel(scan=0).max(dim=("azimuth", "range")).values  # noise and signal add up to some dB
     assert np.all(strongest[3:] > 4.0 * strongest[:3])  # 15 against 5 dBsm
-
-
-def test_a_cluster_gives_the_bytes_of_one(undisturbed: dict[str, bytes], tmp_path: Path) -> None:
-    pytest.importorskip("distributed")
-    with loopback_cluster(1) as scheduler, cluster(scheduler) as workers:
-        _, address, tally = swept(tmp_path, MORE, executor=workers.executor, arithmetic=workers.arithmetic)
-    assert content(address) == undisturbed and (tally.done, tally.failed) == (6, {})
 
 
 def go_on_until_whole(folder: Path, seed: int, count: int, whole: int, *options: str) -> int:
@@ -173,12 +165,6 @@ def test_a_store_that_another_command_has_is_left_alone(tmp_path: Path) -> None:
         yield from outcomes
 
     assert swept(tmp_path, progress=progress)[2].done == 4
-
-
-def test_files_are_counted(tmp_path: Path) -> None:
-    (tmp_path / "a").mkdir()
-    (tmp_path / "a" / "b").touch()
-    assert files(tmp_path) == 1 and files(tmp_path / "none") == 0
 
 
 # estimate: what a sweep will take, before it begins.
@@ -385,8 +371,8 @@ def laid_out(folder: Path, spec: str = SPEC) -> SweepStore:
 @pytest.mark.same_bytes
 def test_a_run_has_the_values_of_a_simulator(tmp_path: Path) -> None:
     store = laid_out(tmp_path, SPEC.replace("bins = 40", ""))
-    of = store.inputs()
-    run(RunTask(store.address, store.digest, 2))
+    of = store.inputs
+    run(store.address, store.digest, 2)
     dataset = open_dataset(store.address)
     sim = rs.Simulator(of.scene(of.runs[2]), seed=int(dataset.seed[2]))
     for number in range(3):
@@ -400,18 +386,18 @@ def test_a_run_has_the_values_of_a_simulator(tmp_path: Path) -> None:
 
 def test_a_finished_run_is_not_made_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     store = laid_out(tmp_path)
-    run(RunTask(store.address, store.digest, 0))
+    run(store.address, store.digest, 0)
     monkeypatch.setattr(sweep_module, "Simulator", None)
-    run(RunTask(store.address, store.digest, 0))
+    run(store.address, store.digest, 0)
 
 
 def test_a_run_that_is_made_again_has_the_same_bytes(tmp_path: Path) -> None:
     store = laid_out(tmp_path)
-    run(RunTask(store.address, store.digest, 1))
+    run(store.address, store.digest, 1)
     before = content(store.address)
     (tmp_path / "out.zarr" / "digest" / "c" / "1").unlink()
     (tmp_path / "out.zarr" / "power" / "c" / "1" / "0" / "0" / "0").write_bytes(b"half")
-    run(RunTask(store.address, store.digest, 1))
+    run(store.address, store.digest, 1)
     assert content(store.address) == before
 
 
@@ -425,14 +411,14 @@ def test_runs_that_differ_in_seed_alone_share_a_scene(tmp_path: Path, monkeypatc
 
     monkeypatch.setattr(sweep_module.Inputs, "scene", counted)
     for number in (0, 1, 2, 3, 0):
-        run(RunTask(store.address, store.digest, number))
+        run(store.address, store.digest, number)
     assert loaded == [0, 2]
 
 
 def test_ranges_that_differ_are_written_run_by_run(tmp_path: Path) -> None:
     store = laid_out(tmp_path, SPEC + '"radar.range_max_m" = [600, 1200]')
     for number in (0, 2):
-        run(RunTask(store.address, store.digest, number))
+        run(store.address, store.digest, number)
     dataset = open_dataset(store.address)
     step = dataset.range_step.values
     assert step[2] == pytest.approx(2.0 * step[0], rel=0.01) and np.isnan(step[1]) and "range_first" in dataset.coords
@@ -441,7 +427,7 @@ def test_ranges_that_differ_are_written_run_by_run(tmp_path: Path) -> None:
 def test_a_store_of_something_else_is_refused(tmp_path: Path) -> None:
     store = laid_out(tmp_path)
     with pytest.raises(SweepError, match="another store stands there now; begin again"):
-        run(RunTask(store.address, "0" * 32, 0))
+        run(store.address, "0" * 32, 0)
 
 
 @pytest.mark.parametrize("what", ["program", "arithmetic"])
@@ -451,5 +437,5 @@ def test_a_worker_that_would_make_other_bytes_refuses(what: str, tmp_path: Path,
     with pytest.raises(
         SweepError, match=f"^{what}: this worker has another, and the store .*; bytes would differ: use equal"
     ):
-        run(RunTask(store.address, store.digest, 0))
+        run(store.address, store.digest, 0)
     assert not store.finished.any()

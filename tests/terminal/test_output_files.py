@@ -18,6 +18,8 @@ from radar_service.bench.detection import report as detection
 from radar_service.bench.junit import write_junit
 from radar_service.bench.report import write_report
 from radar_service.commands.scan import write_png
+from radar_service.display.film import write_gif
+from radar_service.display.picture import render_image
 from radar_service.scans.dataset import exporter
 from radar_service.scans.scan import Scan, save_scans
 from radar_service.simulator import Simulator
@@ -37,6 +39,7 @@ WRITERS: dict[str, Writer] = {
     "a.zarr": lambda path, scan, simulator: exporter(path)(path, [scan], {}),
     "a.nc": lambda path, scan, simulator: exporter(path)(path, [scan], {}),
     "a.png": lambda path, scan, simulator: write_png(path, scan, simulator),
+    "a.gif": lambda path, scan, simulator: write_gif(path, [render_image(NOISE, 10.0, 20.0, size=200)] * 2, 5),
     "a.xml": lambda path, scan, simulator: write_junit(REPORT, path),
     "a.json": lambda path, scan, simulator: write_file(path, "x" * (LIMIT + 1)),
 }

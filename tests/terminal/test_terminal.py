@@ -21,7 +21,7 @@ from radar_service.terminal.arguments import (
     whole_number,
 )
 from radar_service.terminal.html_pages import html_page
-from radar_service.terminal.progress import SECONDS, progress
+from radar_service.terminal.progress_bar import SECONDS, progress
 
 # html_pages: templates escape what fills them, and say what they were not given.
 STUDY = {"scenario": "s & <s>", "source": "", "series": [{"environment": '"', "targets": []}]}
@@ -39,7 +39,7 @@ def test_a_value_that_a_template_lacks_is_an_error() -> None:
         html_page("bench/detection/report.html", study=STUDY)
 
 
-# progress: progress of long commands where there is no terminal.
+# progress_bar: progress of long commands where there is no terminal.
 class Terminal(io.StringIO):
     def isatty(self) -> bool:
         return True

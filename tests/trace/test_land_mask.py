@@ -9,8 +9,7 @@ import pytest
 from radar_service.numerics.types import Floats
 from radar_service.trace import land_mask
 from radar_service.trace.land_mask import LandMask
-from radar_service.world.body import Body, Mesh
-from radar_service.world.materials import MATERIALS
+from radar_service.world.body import MATERIALS, Body, Mesh
 from tests.scenes import point, scene
 
 NUMBER = {name: number for number, name in enumerate(MATERIALS, 1)}

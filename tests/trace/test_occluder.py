@@ -32,17 +32,22 @@ def bent(positions: Floats, antenna: Floats) -> Floats:
     return np.stack([offset[..., 0], offset[..., 1], offset[..., 2] - drop], axis=-1)
 
 
-def depths(mesh: Mesh, pose: BodyPose, antenna: Floats, positions: Floats) -> Floats:
-    """How far along each line of sight (1: at the position) the nearest triangle stands; inf where none."""
+def first_hits(mesh: Mesh, pose: BodyPose, antenna: Floats, rays: Floats) -> tuple[Floats, Floats, Floats]:
+    """Where the nearest triangle stands along each ray, in its lengths (inf: none), its index, and the least distance of any
+    barycentric coordinate there from an edge."""
     vertices = bent(map_from_body(mesh.vertices, pose.position, pose.heading), antenna)
     a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
-    nearest = np.full(len(positions), np.inf)
-    for i, sight in enumerate(bent(positions, antenna)):
-        system = np.stack([np.broadcast_to(sight, a.shape), a - b, a - c], axis=-1)
+    nearest, which, margin = np.full(len(rays), np.inf), np.full(len(rays), -1), np.full(len(rays), np.inf)
+    for i, ray in enumerate(rays):
+        system = np.stack([np.broadcast_to(ray, a.shape), a - b, a - c], axis=-1)
         t, u, v = np.linalg.solve(system, a[..., None])[..., 0].T
-        inside = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0)
-        nearest[i] = t[inside].min(initial=np.inf)
-    return nearest
+        edge = np.minimum(np.minimum(u, v), 1 - u - v)
+        margin[i] = np.abs(edge[t > 0]).min()
+        inside = np.flatnonzero((edge >= 0) & (t > 0))
+        if len(inside):
+            which[i] = inside[np.argmin(t[inside])]
+            nearest[i] = t[which[i]]
+    return nearest, which, margin
 
 
 @pytest.mark.parametrize(("distance", "size"), [(800.0, 300.0), (20_000.0, 6000.0)])
@@ -52,7 +57,7 @@ def test_occluded_positions_are_those_of_the_reference(distance: float, size: fl
     pose = BodyPose(np.array([distance * 0.6, distance * 0.8, 5.0]), 0.7)
     occluder, antenna = Occluder(mesh, EARTH), np.array([3.0, -4.0, 60.0])
     positions = map_from_body(rng.uniform([-size, -size, 0], [size, size, size / 15], (200, 3)), pose.position, 0.7)
-    nearest = depths(mesh, pose, antenna, positions)
+    nearest, _, _ = first_hits(mesh, pose, antenna, bent(positions, antenna))
     length = np.linalg.norm(positions - antenna, axis=1)
     clear = np.abs(nearest - 1) * length > 1.0  # a position within a metre of a surface: either answer
     occluded = occluder.occludes(pose, antenna, positions)

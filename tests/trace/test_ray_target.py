@@ -1,35 +1,12 @@
 """Rays into bent bodies against a float64 reference that bends every vertex about the antenna and tries every triangle."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
 from radar_service.numerics.frames import direction, map_from_body, polar_from_map
 from radar_service.trace.ray_target import RayTarget, sea_range
-from radar_service.world.body import Mesh
 from radar_service.world.poses import BodyPose
-from tests.trace.test_occluder import EARTH, bent, hills
-
-Floats = np.ndarray[Any, np.dtype[np.float64]]
-
-
-def reference(mesh: Mesh, pose: BodyPose, antenna: Floats, rays: Floats) -> tuple[Floats, Floats, Floats]:
-    """Range of the nearest triangle along each unit ray (inf: none), its index, and the least distance of any barycentric
-    coordinate there from an edge."""
-    vertices = bent(map_from_body(mesh.vertices, pose.position, pose.heading), antenna)
-    a, b, c = (vertices[mesh.faces[:, i]] for i in range(3))
-    nearest, which, margin = np.full(len(rays), np.inf), np.full(len(rays), -1), np.full(len(rays), np.inf)
-    for i, ray in enumerate(rays):
-        system = np.stack([np.broadcast_to(ray, a.shape), a - b, a - c], axis=-1)
-        t, u, v = np.linalg.solve(system, a[..., None])[..., 0].T
-        edge = np.minimum(np.minimum(u, v), 1 - u - v)
-        margin[i] = np.abs(edge[t > 0]).min()
-        inside = np.flatnonzero((edge >= 0) & (t > 0))
-        if len(inside):
-            which[i] = inside[np.argmin(t[inside])]
-            nearest[i] = t[which[i]]
-    return nearest, which, margin
+from tests.trace.test_occluder import EARTH, first_hits, hills
 
 
 @pytest.mark.parametrize(("distance", "size"), [(800.0, 300.0), (20_000.0, 6000.0)])
@@ -41,7 +18,7 @@ def test_rays_meet_the_triangles_of_the_reference_at_its_ranges(distance: float,
     aims = map_from_body(rng.uniform([-size, -size, -size / 20], [size, size, size / 12], (300, 3)), pose.position, 0.7)
     polar = polar_from_map(aims, antenna, EARTH)
     rays = direction(polar.azimuth, polar.elevation)
-    nearest, which, margin = reference(mesh, pose, antenna, rays)
+    nearest, which, margin = first_hits(mesh, pose, antenna, rays)
     triangle, distance_hit = RayTarget(mesh, EARTH).first_hit(pose, antenna, rays)
     clear = margin > 1e-4
     assert clear.sum() > 200 and 50 < (which[clear] >= 0).sum() < clear.sum()

@@ -107,14 +107,6 @@ FLAT = np.inf
 PILLAR = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 40, "rcs_dbsm": 0, "speed_kn": 10}
 
 
-def moving(*given: tuple[float, float, float], without: tuple[int, ...] = ()) -> MovingOccluders:
-    """Boxes at east, north, on a course [deg], behind one at rest that does not count."""
-    bodies = [{**PILLAR, "name": "rests", "position_m": [0, 50, 0], "speed_kn": 0}]
-    for k, (east, north, course) in enumerate(given):
-        bodies.append({**PILLAR, "name": f"b{k}", "position_m": [east, north, 0], "course_deg": course})
-    return MovingOccluders(scene(bodies).bodies, FLAT, without)
-
-
 def hidden(made: MovingOccluders, time: float) -> list[int]:
     """Which of POINTS the bodies occlude."""
     return np.flatnonzero(made.occluded(POINTS, np.hypot(POINTS[:, 0], POINTS[:, 1]), ANTENNA, time)).tolist()
@@ -137,22 +129,6 @@ def test_the_same_occluders_follow_other_bodies_and_changed_motions() -> None:
 
 
 POINTS = np.array([[0.0, 900, 5], [900, 0, 5], [0, 300, 5], [0, -900, 5]])
-
-
-def test_each_occludes_the_points_behind_it_alone() -> None:
-    made = moving((0, 400, 90), (400, 0, 0), (-400, -400, 0))
-    assert hidden(made, 0.0) == [0, 1]
-    assert hidden(moving((0, 400, 90), (400, 0, 0), without=(1,)), 0.0) == [1]
-    assert hidden(moving(), 0.0) == []
-
-
-def test_they_are_where_they_are_at_the_time() -> None:
-    """10 kn to the east, from 400 m west of north: after 77.8 s the box stands before the first and the third point."""
-    made = moving((-400, 200, 90))
-    assert hidden(made, 0.0) == []
-    assert hidden(made, 77.8) == [0, 2]
-    ((_, pose, _),) = made.chosen([1], 77.8)
-    np.testing.assert_allclose(pose.position, [-400 + 77.8 * 10 * 1852 / 3600, 200, 0], atol=1e-9)  # rounding
 
 
 def test_the_sea_falls_away_below_a_line_of_sight(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,6 +1,5 @@
 """Equal triangles share a tree; at most so many live; those unused for longest go first, and all go with their meshes."""
 
-import gc
 import threading
 
 import numpy as np
@@ -74,7 +73,6 @@ def test_trees_end_with_the_last_mesh_that_uses_them_and_leave_room() -> None:
     cache = TreeCache(Tree, 4)
     kept, dropped = [used(cache, size) for size in (1.0, 2.0)], [used(cache, size) for size in (3.0, 4.0)]
     dropped.clear()
-    gc.collect()
     assert cache.live == 2
     kept += [used(cache, size) for size in (5.0, 6.0)]
     assert cache.live == 4 and all(shared.tree is not None for shared in kept)  # those that ended made the room

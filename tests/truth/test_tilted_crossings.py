@@ -121,17 +121,6 @@ def test_a_blind_sector_is_that_of_the_tilted_boresight(sector: list[float], bli
     assert (power[crossing.spoke] == 0.0) == blind
 
 
-def test_a_point_dead_ahead_is_crossed_aside_by_its_height_times_the_sine_of_the_roll() -> None:
-    """The mast turns about the waterline: in the deck's frame a point ahead, z high, stands at -z sin(roll), whatever the mast.
-    A roll of an hour's period changes by 1e-5 of itself during the scan."""
-    own = {"heading_deg": 90, "roll_deg": 12, "roll_period_s": 3600, "roll_phase_deg": 90}
-    for height, distance in ((0.0, 1500.0), (40.0, 1500.0), (300.0, 2000.0)):
-        made = scene([point("p", distance, 0.0, height)], radar=RADAR, own_ship=own, environment={"earth": "flat"})
-        (crossing,) = rs.Simulator(made, "fast").crossings(0)
-        expected = math.pi / 2.0 - math.atan(height * math.sin(math.radians(12)) / distance)
-        assert crossing.boresight == pytest.approx(expected, abs=1e-6)
-
-
 @pytest.mark.sample(4)
 @pytest.mark.parametrize("scan", [0, 5])
 @pytest.mark.parametrize(("distance", "height"), [(0.3, 1), (9, 1), (40, 60), (150, 60), (12, 90), (3, 300)])

@@ -84,21 +84,14 @@ def test_a_spoke_is_a_whole_number(spoke: Any) -> None:
         ALL.command(spoke, "ferry", {"speed_kn": 5})
 
 
-def test_plain_data_become_a_command_again() -> None:
-    command = ALL.command(7, "ferry", {"speed_kn": 3, "position_m": [1, 2]})
-    assert command.time == 3.5
-    again = command_from(command.as_dict())
-    assert ALL.command(again.spoke, again.body, again.values) == command
-    with pytest.raises(CommandError, match="wheel: not a key"):
-        command_from({"spoke": 7, "wheel": 1})
-
-
 def test_it_is_plain_data() -> None:
     command = Command(7, 0.5, "ferry", speed_kn=3.0, position_m=(1.0, 2.0))
     assert command.as_dict() == {"spoke": 7, "time": 0.5, "body": "ferry", "speed_kn": 3.0, "position_m": (1.0, 2.0)}
     assert Command(7, 0.5, None, course_deg=1.0).as_dict()["body"] is None
     sent = Command(7, 0.5, None, course_deg=1.0, by="nmea")
     assert sent.as_dict()["by"] == "nmea" and command_from(sent.as_dict()) == sent and sent.values == {"course_deg": 1.0}
+    with pytest.raises(CommandError, match="wheel: not a key"):
+        command_from({"spoke": 7, "wheel": 1})
 
 
 def test_a_time_stands_for_the_first_spoke_not_before_it() -> None:
@@ -192,12 +185,6 @@ def test_it_says_what_a_block_does_not_know_and_what_acts_until_a_spoke() -> Non
     assert [log.first_unknown(count) for count in range(5)] == [5, 7, 7, 20, math.inf]
     assert [log.acting_at(spoke) for spoke in (4, 5, 7, 19, 20)] == [0, 1, 3, 3, 4]
     assert list(log.since(2)) == made[2:]
-
-
-def test_to_make_a_command_adds_nothing() -> None:
-    log = CommandLog(ALL)
-    assert log.command(3, "ferry", {"speed_kn": 20}).speed_kn == pytest.approx(20.0)
-    assert len(log) == 0
 
 
 def test_own_ship_that_is_a_body_has_one_latest_command() -> None:

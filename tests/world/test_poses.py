@@ -59,11 +59,8 @@ def test_poses_of_leaning_bodies_are_those_of_each_motion() -> None:
 def test_poses_of_ships_in_a_seaway_are_those_of_each_motion_to_the_byte() -> None:
     """Under way, at anchor, on legs, one that appears late, one that eases; of all or some, at few or many instants."""
     hull = {"shape": "hull", "length_m": 30, "beam_m": 8, "height_m": 8, "rcs_dbsm": 10}
-    keys: list[dict[str, object]] = [
-        {"course_deg": 50, "speed_kn": 9},
-        {},
-        {"waypoints": [{"position_m": [99, 9], "speed_kn": 8}]},
-    ]
+    keys: list[dict[str, object]] = [{"course_deg": 50, "speed_kn": 9}, {},
+                                     {"waypoints": [{"position_m": [99, 9], "speed_kn": 8}]}]  # fmt: skip
     keys += [{"course_deg": 300, "speed_kn": 5, "start_s": 4.0}, {"speed_kn": 5}]
     ships = [{"name": str(k), **hull, "position_m": [150.0 * k, 400, 0], **more} for k, more in enumerate(keys)]
     made = scene(ships, environment={"sea_state": 4, "seaway": True, "current_kn": 2, "current_to_deg": 20})

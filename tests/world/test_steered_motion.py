@@ -10,8 +10,8 @@ import pytest
 from radar_service.numerics.types import Floats
 from radar_service.scene_file.routes import constant_motion
 from radar_service.world.motion import Motion
+from radar_service.world.seaway import Sway
 from radar_service.world.steered_motion import MAX_SEGMENTS, MotionSegment, SteeredMotion, SteeringLimits
-from radar_service.world.sway import Sway
 
 LIMITS = SteeringLimits(15.0, math.radians(5.0))
 NANOMETRE = 1e-9  # m: positions of some km have a rounding of 1e-12 m, and a segment sums a few of them
@@ -49,16 +49,6 @@ def test_a_leg_is_the_integral_of_its_course(rate: float, turn_time: float, time
     assert rest.position[:2] == pytest.approx(pose.position[0, :2], abs=NANOMETRE)
     later = time + 25.0
     assert rest.motion(None).pose(later).position[0] == pytest.approx(motion.pose(later).position[0], abs=NANOMETRE)
-
-
-@pytest.mark.parametrize("rate", [0.0, 0.05])
-def test_a_leg_continues_backward_without_a_corner(rate: float) -> None:
-    segment = MotionSegment(1000.0, np.array([10.0, -20.0, 0.0]), 2.5, 8.0, rate)
-    pose = segment.motion(None).pose(np.array([980.0, 1000.0]))
-    course = 2.5 - rate * 20.0
-    back = MotionSegment(980.0, pose.position[0], course, 8.0, rate)
-    assert back.at(1000.0).position == pytest.approx(segment.position, abs=NANOMETRE)
-    assert pose.heading[0] == pytest.approx(course, abs=1e-9)
 
 
 def test_it_begins_as_the_motion_of_the_scene() -> None:

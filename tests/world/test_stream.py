@@ -14,8 +14,8 @@ from radar_service.numerics.types import Floats
 from radar_service.scene_file.load import load_scene
 from radar_service.truth.truth_file import scene_hash
 from radar_service.world.motion import Motion
+from radar_service.world.seaway import NO_STREAM, crab_angle, through_water, turn_factor
 from radar_service.world.steering import Steering
-from radar_service.world.stream import NO_STREAM, crab_angle, through_water, turn_factor
 
 STREAM: dict[str, Any] = {"current_kn": 3.0, "current_to_deg": 60.0}
 TO = 3.0 * KNOT * np.array([math.sin(math.radians(60.0)), math.cos(math.radians(60.0))])
@@ -25,15 +25,10 @@ RADAR = {"azimuths": 8, "range_max_m": 900, "coarse_azimuths": True}
 ROUTE = [{"position_m": p, "speed_kn": s} for p, s in (([0, 500], 8), ([600, 500], 5), ([600, -300], 12))]
 TURNS = [{"time_s": 20, "course_deg": 90, "turn_rate_deg_s": 3}, {"time_s": 70, "speed_kn": 4},
          {"time_s": 80, "turn_rate_deg_s": -2}, {"time_s": 130, "speed_kn": 14}]  # fmt: skip
-MOVING: dict[str, dict[str, Any]] = {
-    "straight": SPEEDS,
-    "drift": {**SPEEDS, "drift_deg": -7.0},
-    "circle": {**SPEEDS, "turn_rate_deg_s": 2.0},
-    "waypoints": {"waypoints": ROUTE},
-    "rounded": {"waypoints": ROUTE, "turn_radius_m": 90, "loop": True, "drift_deg": 4.0},
-    "manoeuvres": {**SPEEDS, "manoeuvre": TURNS},
-    "track": {"track": "t.csv"},
-}
+MOVING: dict[str, dict[str, Any]] = {"straight": SPEEDS, "drift": {**SPEEDS, "drift_deg": -7.0},
+                                     "circle": {**SPEEDS, "turn_rate_deg_s": 2.0}, "waypoints": {"waypoints": ROUTE},
+                                     "rounded": {"waypoints": ROUTE, "turn_radius_m": 90, "loop": True, "drift_deg": 4.0},
+                                     "manoeuvres": {**SPEEDS, "manoeuvre": TURNS}, "track": {"track": "t.csv"}}  # fmt: skip
 TRACK = "time_s,east_m,north_m\n0,0,0\n60,200,100\n150,100,500\n300,900,500\n"
 
 
@@ -158,14 +153,6 @@ def test_a_scene_without_a_stream_keeps_its_hash() -> None:
     plain, with_stream = ({"own_ship": SPEEDS}, {"own_ship": SPEEDS, "environment": STREAM})
     hashes = [scene_hash(load_scene(each)) for each in (plain, with_stream)]
     assert hashes[0] != hashes[1] and load_scene(plain).own_ship.stream == NO_STREAM
-
-
-@pytest.mark.parametrize(
-    "keys", [{"current_kn": 2.0}, {"current_to_deg": 90.0}, {"current_kn": 21.0, "current_to_deg": 0.0}]
-)
-def test_half_a_stream_is_refused(keys: dict[str, float]) -> None:
-    with pytest.raises(rs.SceneError, match="current_"):
-        load_scene({"environment": keys})
 
 
 def simulator_of(scene: dict[str, Any]) -> rs.Simulator:

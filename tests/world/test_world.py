@@ -2,7 +2,7 @@
 
 import math
 import pickle
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,42 +14,40 @@ from radar_service.numerics.frames import map_from_deck
 from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scene_file.load import load_scene
-from radar_service.world import large_mesh
-from radar_service.world.atmosphere import gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km
-from radar_service.world.body import Mesh
-from radar_service.world.environment import Environment
+from radar_service.world import body as body_module
+from radar_service.world.body import (
+    MATERIALS,
+    SLICES,
+    Mesh,
+    mesh_sample,
+    outward_winding,
+    power_reflectivity,
+    row_marks,
+)
+from radar_service.world.environment import Environment, gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km
 from radar_service.world.error import SceneError
-from radar_service.world.error_settings import ErrorSettings
-from radar_service.world.large_mesh import SLICES, mesh_sample, outward_winding, row_marks
-from radar_service.world.materials import MATERIALS, material_from_name, power_reflectivity
 from radar_service.world.motion import Motion, Pose, segment_headings
-from radar_service.world.outline import outline_of
-from radar_service.world.platform import Platform
-from radar_service.world.seaway import Waves, sea_state_of, significant_wave_height, wind_speed
+from radar_service.world.presence import MAX_CHANGES, Fading, Presence, Presences, SteeredPresence
+from radar_service.world.reporting import STATIC, TURNING, ErrorSettings, Reporting, StationClass, interval
+from radar_service.world.scene import Platform, outline_of
+from radar_service.world.seaway import Sway, SwayState, Waves, sea_state_of, significant_wave_height, wind_speed
 from radar_service.world.shapes import sphere
-from radar_service.world.sway import Sway, SwayState
 from tests.ports.ais.test_messages import ship
 from tests.scenes import point, scene
 
 
-# ais: when a transponder is off.
+# reporting: when a transponder is off.
 @pytest.mark.parametrize(("time", "silent"), [(0.9, False), (1.0, True), (2.4, True), (2.5, False), (7.0, True)])
 def test_it_is_off_from_the_beginning_of_a_period_to_its_end(time: float, silent: bool) -> None:
     assert ship(silent=((1.0, 2.5), (6.0, 8.0))).is_silent(time) == silent
     assert not ship().is_silent(time)
 
 
-# atmosphere: gas attenuation against the line-by-line sum of ITU-R P.676-12, Annex 1.
+# environment: gas attenuation against the line-by-line sum of ITU-R P.676-12, Annex 1.
 # Frequency [GHz], oxygen and water vapour [dB/km] by P.676-12 Annex 1 at 15 C, 1013.25 hPa, 7.5 g/m3: itur 0.4.0,
 # gamma0_exact and gammaw_exact.
-LINE_BY_LINE = [
-    (3.0, 0.0070760, 0.00046279),
-    (9.41, 0.0081032, 0.0051694),
-    (16.0, 0.0099908, 0.025325),
-    (22.235, 0.0132927, 0.178977),
-    (35.0, 0.0318430, 0.0696143),
-    (50.0, 0.2772686, 0.1111585),
-]
+LINE_BY_LINE = [(3.0, 0.0070760, 0.00046279), (9.41, 0.0081032, 0.0051694), (16.0, 0.0099908, 0.025325),
+                (22.235, 0.0132927, 0.178977), (35.0, 0.0318430, 0.0696143), (50.0, 0.2772686, 0.1111585)]  # fmt: skip
 
 
 @pytest.mark.parametrize("f_ghz, oxygen, vapour", LINE_BY_LINE)
@@ -88,7 +86,7 @@ def test_plan_of_a_point() -> None:
     assert body.middle_at(10.0)[:2] == pytest.approx([1 + 10 * 10 * 1852 / 3600, 2.0])
 
 
-# environment: the environment of an empty scene: the standard earth, and no other effect.
+# The environment of an empty scene: the standard earth, and no other effect.
 def test_all_effects_are_off_by_default() -> None:
     assert scene().environment == Environment(
         earth_factor=4 / 3, noise=False, multipath=False, gas_db_per_km=0.0, rain_mm_h=0.0, sea_state=0,
@@ -105,7 +103,7 @@ def test_the_text_has_a_line_for_each_problem() -> None:
     assert isinstance(error, ValueError)
 
 
-# error_settings: errors in SI units.
+# Errors on purpose in SI units.
 EVERY: dict[str, dict[str, Any]] = {
     "gyro": {"bias_deg": 0.5, "calibration_deg": 0.3, "calibration_phase_deg": 40.0, "noise_deg": 0.12, "noise_time_s": 7.0,
              "latency_s": 0.2},
@@ -135,7 +133,7 @@ def test_values_become_si_and_radians() -> None:
     assert (its.feed.bytes, its.feed.cut_after, its.feed.late) == (5000.0, 30.0, 0.3)
 
 
-# materials: materials by name.
+# Materials by name.
 def test_gammas_are_power_ratios_in_the_ladder_of_land() -> None:
     assert MATERIALS["sand"].gamma == pytest.approx(0.01)  # -20 dB, flat ground
     assert MATERIALS["sand"].gamma < MATERIALS["land"].gamma < MATERIALS["urban"].gamma < MATERIALS["rock"].gamma
@@ -144,14 +142,6 @@ def test_gammas_are_power_ratios_in_the_ladder_of_land() -> None:
 
 def test_only_metals_scatter_by_optics() -> None:
     assert {name for name, material in MATERIALS.items() if material.scattering == "optics"} == {"steel", "aluminium"}
-
-
-def test_unknown_material_lists_all() -> None:
-    with pytest.raises(SceneError) as caught:
-        material_from_name("steal", "body[2].material")
-    text = str(caught.value)
-    assert text.startswith('body[2].material: "steal" is not a known material; one of ')
-    assert all(name in text for name in MATERIALS)
 
 
 def test_every_material_has_its_reflectivity() -> None:
@@ -163,7 +153,7 @@ def test_every_material_has_its_reflectivity() -> None:
     assert shares["concrete"] == pytest.approx(((5.24**0.5 - 1) / (5.24**0.5 + 1)) ** 2, rel=0.012)
 
 
-# outline: what a service knows of a scene.
+# scene: what a service knows of a scene.
 BUOY = {"name": "buoy", "shape": "point", "rcs_dbsm": 0, "position_m": [0, 100, 5], "steerable": {}}
 
 
@@ -175,7 +165,7 @@ def test_an_outline_says_what_may_be_steered_and_holds_no_bodies() -> None:
     assert pickle.loads(pickle.dumps(outline)) == outline
 
 
-# platform: the platform: positions and directions of an antenna on a moving, swaying ship.
+# The platform: positions and directions of an antenna on a moving, swaying ship.
 ROLL = Sway(np.array([np.pi / 6, 0.0, 0.0, 0.0]), np.array([4.0, 1.0, 1.0, 1.0]))  # 30 degrees to starboard at 1 s
 HEAVE = Sway(np.array([0.0, 0.0, 0.0, 0.5]), np.full(4, 4.0))
 ROUNDING = 1e-12  # of float64 at some 10 m
@@ -218,7 +208,7 @@ def test_directions_along_the_swaying_mast_become_vertical() -> None:
     np.testing.assert_allclose(matrix[1] @ [1.0, 0.0, 0.0], [1, 0, 0], rtol=0, atol=ROUNDING)  # the axis of roll stays
 
 
-# sway: sway: angles, heave and their rates.
+# seaway: sway: angles, heave and their rates.
 SWAY = Sway(np.array([0.2, 0.1, 0.05, 0.6]), np.array([6.0, 5.0, 9.0, 4.0]), np.array([0.4, -1.0, 2.0, 0.7]))
 TIME = np.linspace(0.0, 30.0, 61)
 STEP = 1e-5  # s; a central difference over it errs by some 1e-10
@@ -316,7 +306,7 @@ def test_corners_are_where_the_pose_jumps_to_the_last_digit() -> None:
     np.testing.assert_array_equal(loop.corners(times), np.diff(loop.pose(times).heading) != 0.0)
 
 
-# seaway: records of a seaway: waves travel at their phase velocity, and add up; wave heights and periods by sea state.
+# Records of a seaway: waves travel at their phase velocity, and add up; wave heights and periods by sea state.
 G = 9.80665
 FREQUENCY = np.array([0.5, 0.9, 1.7])
 DIRECTION = np.array([[0.6, 0.8], [-1.0, 0.0], [0.28, -0.96]])
@@ -364,11 +354,11 @@ def test_sea_states_beyond_the_table_are_refused() -> None:
         wind_speed(0)
 
 
-# large_mesh: slices of large meshes, and whether these are closed, against the search by sorted edges.
+# Slices of large meshes, and whether these are closed, against the search by sorted edges.
 def test_a_small_mesh_is_judged_as_it_is_and_of_a_large_one_slices(monkeypatch: pytest.MonkeyPatch) -> None:
     ball = sphere(10.0, 0.004)
     assert mesh_sample(ball) is ball
-    monkeypatch.setattr(large_mesh, "MAX_JUDGED", 40 * SLICES)
+    monkeypatch.setattr(body_module, "MAX_JUDGED", 40 * SLICES)
     part = mesh_sample(Mesh(ball.vertices * [1.0, 9.0, 1.0], ball.faces))
     assert len(part.faces) == 40 * SLICES and len(part.vertices) < 2 * len(part.faces)
     first = np.sort(part.vertices[part.faces[:, 0], 1])
@@ -397,3 +387,167 @@ def test_equal_rows_have_equal_marks() -> None:
     marks = row_marks(rows)
     number = np.unique(rows + 0.0, axis=0, return_inverse=True)[1].ravel()
     assert len(np.unique(marks)) == number.max() + 1 == len(np.unique(np.stack([marks, number.astype(np.uint64)]), axis=1).T)
+
+
+# presence: when a body is present.
+@dataclass(frozen=True)
+class Guest:
+    """Something with a presence alone."""
+
+    presence: Presence
+
+
+VISIT = Presence(np.array([0.0, 3.0, 7.0]), np.array([False, True, False]))
+
+
+def test_a_change_holds_from_its_instant_on() -> None:
+    times = np.array([-1.0, 0.0, 2.999, 3.0, 6.999, 7.0, 1e6])
+    assert VISIT.at(times).tolist() == [False, False, False, True, True, False, False]
+    assert Presence.always.at(times).all() and Presence.always.constant and not VISIT.constant
+
+
+def test_a_time_that_misses_an_instant_by_rounding_is_at_it() -> None:
+    assert VISIT.at(np.array([3.0 - 1e-12])).all()
+
+
+def test_fading_repeats_its_pattern() -> None:
+    fading = Presence(np.zeros(1), np.ones(1, dtype=np.bool_), Fading(np.array([True, True, False]), 2.5, 1.0))
+    assert fading.at(np.arange(1.0, 17.0, 2.5)).tolist() == [True, True, False, True, True, False, True]
+    assert fading.at(np.array([0.9]))[0] == np.False_  # the unit before the first is the last of the pattern
+    assert not fading.constant
+
+
+def test_fading_applies_while_the_body_is_there_at_all() -> None:
+    both = Presence(VISIT.time, VISIT.present, Fading(np.array([True, False]), 1.0))
+    assert both.at(np.arange(10.0)).tolist() == [False, False, False, False, True, False, True, False, False, False]
+
+
+def test_a_later_change_replaces_what_was_planned_after_it() -> None:
+    changed = VISIT.changed(5.0, False).changed(6.0, True)
+    assert changed.at(np.array([2.0, 4.0, 5.5, 6.5, 8.0])).tolist() == [False, True, False, True, True]
+    assert Presence.always.changed(0.0, False).at(np.array([-0.5, 0.0])).tolist() == [True, False]
+
+
+def test_spans_end_where_any_presence_changes() -> None:
+    late = Presence(np.array([0.0, 5.0]), np.array([False, True]))
+    bodies = [Guest(Presence.always), Guest(VISIT), Guest(late)]
+    presences = Presences(bodies)
+    assert presences.changing.tolist() == [1, 2]
+    assert list(presences.spans(np.arange(10.0))) == [(0, 3), (3, 5), (5, 7), (7, 10)]
+    assert list(Presences(bodies[:1]).spans(np.arange(10.0))) == [(0, 10)]
+    assert [presences.at(time).tolist() for time in (1.0, 6.0, 8.0)] == [
+        [True, False, False], [True, True, True], [True, False, True],
+    ]  # fmt: skip
+
+
+TIMES = np.array([0.0, 4.9, 5.0, 8.0, 20.0])
+
+
+def test_it_begins_as_the_presence_of_the_scene_and_is_never_constant() -> None:
+    presence = SteeredPresence.under(Presence.always)
+    assert presence.at(TIMES).all() and not presence.constant and not presence.past.constant
+    hidden = SteeredPresence.under(Presence(np.zeros(1), np.zeros(1, dtype=np.bool_)))
+    assert not hidden.at(TIMES).any() and not hidden.past.at(TIMES).any()
+
+
+def test_the_past_takes_changes_at_once_and_the_rest_follows() -> None:
+    presence = SteeredPresence.under(Presence.always)
+    presence.steer(5.0, False)
+    assert presence.at(TIMES).all()
+    np.testing.assert_array_equal(presence.past.at(TIMES), [True, True, False, False, False])
+    presence.follow()
+    np.testing.assert_array_equal(presence.at(TIMES), [True, True, False, False, False])
+    presence.steer(8.0, True)
+    presence.follow()
+    np.testing.assert_array_equal(presence.at(TIMES), [True, True, False, True, True])
+    presence.forget()
+    assert presence.past.at(TIMES).all() and not presence.at(TIMES).all()
+    presence.follow()
+    assert presence.at(TIMES).all()
+
+
+def test_fading_goes_on() -> None:
+    presence = SteeredPresence.under(Presence(np.zeros(1), np.ones(1, dtype=np.bool_), Fading(np.array([True, False]), 4.0)))
+    presence.steer(5.0, True)
+    presence.follow()
+    np.testing.assert_array_equal(presence.at(np.array([1.0, 5.0, 9.0, 13.0])), [True, False, True, False])
+
+
+def test_it_remembers_so_many_changes_and_travels() -> None:
+    presence = SteeredPresence.under(Presence.always)
+    for second in range(MAX_CHANGES + 5):
+        presence.steer(float(second), second % 2 == 0)
+    presence.follow()
+    times = np.arange(10.0, MAX_CHANGES + 5.0)
+    np.testing.assert_array_equal(presence.at(times), times % 2 == 0)
+    np.testing.assert_array_equal(pickle.loads(pickle.dumps(presence)).at(times), times % 2 == 0)
+
+
+# Reporting intervals of ITU-R M.1371-5.
+
+
+@pytest.mark.parametrize(
+    ("station", "knots", "turns", "expected"),
+    [
+        ("A", 0, False, 180), ("A", 0.1, False, 10), ("A", 14, False, 10), ("A", 14, True, 10 / 3), ("A", 14.1, False, 6),
+        ("A", 23, True, 2), ("A", 23, False, 6), ("A", 23.1, False, 2), ("A", 23.1, True, 2), ("B-SO", 2, False, 180),
+        ("B-SO", 2.1, True, 30), ("B-SO", 14.1, False, 15), ("B-SO", 23.1, False, 5), ("B-CS", 2, False, 180),
+        ("B-CS", 2.1, False, 30), ("B-CS", 40, True, 30),
+    ],
+)  # fmt: skip
+def test_intervals(station: StationClass, knots: float, turns: bool, expected: float) -> None:
+    rate = 1.01 * TURNING if turns else 0.99 * TURNING
+    assert interval(ship(station_class=station), knots * KNOT, rate) == interval(
+        ship(station_class=station), knots * KNOT, -rate
+    )
+    assert interval(ship(station_class=station), knots * KNOT, rate) == pytest.approx(expected, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("knots", "turns", "every"), [(10, False, 10.0), (10, True, 10 / 3), (20, False, 6.0), (30, False, 2.0)]
+)
+def test_reports_keep_their_interval_on_whole_seconds(knots: float, turns: bool, every: float) -> None:
+    reporting = Reporting(ship(), 5)
+    times = [second for second in range(600) if reporting.is_due(second, knots * KNOT, 2 * TURNING * turns)]
+    assert len(times) == pytest.approx(600 / every, abs=1)
+    assert {b - a for a, b in zip(times, times[1:], strict=False)} <= {math.floor(every), math.ceil(every)}
+    assert times[0] < every
+
+
+def test_an_aid_reports_each_three_minutes_however_it_moves() -> None:
+    reporting = Reporting(ship(kind="aid"), 5)
+    times = [second for second in range(1000) if reporting.is_due(second, 5 * KNOT * (second % 2), 0.1)]
+    assert {b - a for a, b in zip(times, times[1:], strict=False)} == {180} and times[0] < 180
+    assert not any(reporting.is_static_due(second) for second in range(1000))
+
+
+def test_a_sart_sends_eight_messages_a_minute_two_of_them_its_text_in_each_fourth() -> None:
+    reporting = Reporting(ship(kind="sart"), 5)
+    first = next(second for second in range(60) if reporting.is_due(second, 0.0, 0.0))
+    sent = {
+        second - first: "text" if reporting.is_static_due(second) else "position"
+        for second in range(first, first + 480)
+        if reporting.is_due(second, 0.0, 0.0) or reporting.is_static_due(second)
+    }
+    assert list(sent) == [60 * minute + 2 * k for minute in range(8) for k in range(8)]
+    assert [second for second, what in sent.items() if what == "text"] == [8, 10, 248, 250]
+
+
+def test_a_turn_is_reported_sooner() -> None:
+    """At anchor each three minutes; the report that is due later comes within the new interval."""
+    reporting = Reporting(ship(), 5)
+    at_rest = [second for second in range(400) if reporting.is_due(second, 0.0, 0.0)]
+    assert len(at_rest) in (2, 3) and at_rest[-1] - at_rest[0] in (180, 360)
+    under_way = [second for second in range(400, 430) if reporting.is_due(second, 30 * KNOT, 0.0)]
+    assert under_way[0] <= 402 and len(under_way) >= 14
+
+
+def test_static_reports_come_every_six_minutes_and_ships_not_together() -> None:
+    firsts = []
+    for mmsi in range(100, 140):
+        reporting = Reporting(ship(mmsi=mmsi), 1)
+        times = [second for second in range(1000) if reporting.is_static_due(second)]
+        assert {b - a for a, b in zip(times, times[1:], strict=False)} == {int(STATIC)}
+        firsts.append(times[0])
+        assert 1 <= reporting.slot < 10
+    assert len(set(firsts)) > 10 and max(firsts) < 60

@@ -6,7 +6,7 @@ scene without targets, with draws of its own, gives the clutter's quantiles and 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
@@ -61,19 +61,17 @@ class ClutterCase:
             raise ValueError(f"looks: {self.needed} of {self.of} is not allowed; 1 or more of as many or more, as 8/10")
 
 
-@dataclass(frozen=True)
-class TargetPowers:
-    """What scans gave of a target, at R ranges in D directions. power: (S, R, D, K) of its cell on the spokes of the beam [W];
+class TargetPowers(NamedTuple):
+    """What S scans gave of a target, at R ranges in D directions. power: (S, R, D, K) of its cell on the spokes of the beam [W];
     plotted: (S, R, D) whether a plot is at it."""
 
     power: Floats
     plotted: Flags
 
 
-@dataclass(frozen=True)
-class Background:
-    """What scans gave without targets. power: (S, R, D, n) about the places of a target [W]; alarms: (R, D) cells of these that
-    exceed the extractor's threshold; plots: (R, D) false ones in the part of a scan that a range and a direction stand for."""
+class Background(NamedTuple):
+    """What S scans gave without targets. power: (S, R, D, n) about the places of a target [W]; alarms: (S, R, D) cells of these
+    that exceed the extractor's threshold; plots: (S, R, D) false ones in the part of a scan that the place stands for."""
 
     power: Floats
     alarms: Indices
@@ -87,33 +85,20 @@ def clutter_study(
     """Returns the study of a scenario in some cases as plain data. Arguments and errors as of `detection_study`."""
     for case in cases:
         clutter_scene(scenario, case, None)  # refused now
-    targets, shares = clutter_targets(scenario), [min(SCANS_PER_JOB, scans - k) for k in range(0, scans, SCANS_PER_JOB)]
+    shares = [min(SCANS_PER_JOB, scans - k) for k in range(0, scans, SCANS_PER_JOB)]
+    named = {"no target": None, **{target.name: target for target in clutter_targets(scenario)}}
     jobs = [
-        Job(f"{scenario.name}, case {n}, {_name(target)}, seed {seed + k}", (scenario, case, target, seed + k, share))
-        for n, case in enumerate(cases) for target in (None, *targets) for k, share in enumerate(shares)
+        Job(f"{scenario.name}, case {n}, {name}, seed {seed + k}", (scenario, case, target, seed + k, share))
+        for n, case in enumerate(cases) for name, target in named.items() for k, share in enumerate(shares)
     ]  # fmt: skip
     parts = iter(run(sampled, jobs, executor, progress=progress))
     series = []
     for case in cases:
-        empty, *hits = [[next(parts) for _ in shares] for _ in (None, *targets)]
-        background = Background(
-            np.concatenate([part.power for part in empty]),
-            sum(part.alarms for part in empty),
-            sum(part.plots for part in empty),
-        )
-        joined = [
-            TargetPowers(np.concatenate([part.power for part in some]), np.concatenate([part.plotted for part in some]))
-            for some in hits
-        ]
-        series.append(
-            _series(scenario, case, background, dict(zip([target.name for target in targets], joined, strict=True)))
-        )
+        scanned = [[next(parts) for _ in shares] for _ in named]
+        background, *hits = [type(some[0])(*map(np.concatenate, zip(*some, strict=True))) for some in scanned]
+        series.append(_series(scenario, case, background, dict(zip([*named][1:], hits, strict=True))))
     about = {"scenario": scenario.name, "question": scenario.question, "source": scenario.source, "scans": scans}
     return {"schema": SCHEMA, **about, "confidence": CONFIDENCE, "series": series}
-
-
-def _name(target: Target | None) -> str:
-    return target.name if target else "no target"
 
 
 def clutter_targets(scenario: Scenario) -> list[Target]:
@@ -181,28 +166,21 @@ def sampled(
     scene = clutter_scene(scenario, case, target)
     simulator = Simulator(scene, scenario.fidelity, 2 * seed + (target is None))
     settings = scenario.plots.model_copy(update={"pfa": case.pfa, "max_plots": 10_000})
-    extractor, (cells, spokes) = extractor_of(settings, scene, _silent), places(scene, case)
+    extractor, (cells, spokes) = extractor_of(settings, scene, lambda flood: None), places(scene, case)
     half = len(spoke_gains(scene.radar)) // 2
     beam = (spokes[..., None] + np.arange(-half, half + 1)) % scene.radar.azimuths
-    power, plotted, alarms, plots = [], [], [], []
-    for number in range(scans + 1):
+    extractor.add(simulator.scan())
+    rows: list[tuple[NDArray[Any], ...]] = []
+    for _ in range(scans):
         scan = simulator.scan()
-        ended = extractor.add(scan)
-        if number and target is None:
-            power.append(_about(scene, case, scan.power))
-            alarms.append(_about(scene, case, scan.power > extractor.threshold.of(scan.power)).sum(axis=2))
-            plots.append(_counted(ended.plots, scene, case))
-        elif number:
-            power.append(scan.power[beam, cells[:, None, None]])
-            plotted.append(_plotted(ended.plots, scene, cells, spokes))
-    every = np.stack(power).astype(np.float64)
-    if target is None:
-        return Background(every, np.sum(alarms, axis=0), np.sum(plots, axis=0))
-    return TargetPowers(every, np.stack(plotted))
-
-
-def _silent(_: str) -> None:
-    """Takes the words of a flood: its plots are counted."""
+        plots = extractor.add(scan).plots
+        if target is None:
+            alarms = _about(scene, case, scan.power > extractor.threshold.of(scan.power)).sum(axis=2)
+            rows.append((_about(scene, case, scan.power), alarms, _counted(plots, scene, case)))
+        else:
+            rows.append((scan.power[beam, cells[:, None, None]], _plotted(plots, scene, cells, spokes)))
+    power, *others = map(np.stack, zip(*rows, strict=True))
+    return (TargetPowers if target else Background)(power.astype(np.float64), *others)
 
 
 def _about(scene: Scene, case: ClutterCase, values: NDArray[Any]) -> NDArray[Any]:
@@ -258,10 +236,10 @@ def _row(
 ) -> dict[str, Any]:
     """A target at a place: index of its range and of its direction."""
     r, d = place
-    clutter = background.power[:, r, d]
+    clutter, alarms = background.power[:, r, d], background.alarms[:, r, d].sum()
     by_cell = clutter.reshape(-1, 2 * CELLS + 1)
     own = by_cell.mean(axis=0)  # the mean falls with range
-    level, rate = float(own[CELLS]), float(background.alarms[r, d] / clutter.size)
+    level, rate = float(own[CELLS]), float(alarms / clutter.size)
     quantile, same = (float(np.quantile(by_cell / own, 1.0 - pfa)) * level for pfa in (case.pfa, rate))
     peak = hits.power[:, r, d].max(axis=1)
     return {
@@ -269,8 +247,8 @@ def _row(
         "clutter_to_noise_db": float(10.0 * np.log10(max(level / noise - 1.0, 1e-3))),
         "threshold_over_mean_db": float(10.0 * np.log10(quantile / level)),
         "quantile": _share(peak > quantile, case), "extractor": _share(hits.plotted[:, r, d], case), "extractor_pfa": rate,
-        "quantile_at_extractor_pfa": _share(peak > same, case) if background.alarms[r, d] >= FEWEST else None,
-        "false_plots": _rate(int(background.plots[r, d]), len(clutter)),
+        "quantile_at_extractor_pfa": _share(peak > same, case) if alarms >= FEWEST else None,
+        "false_plots": _rate(int(background.plots[:, r, d].sum()), len(clutter)),
     }  # fmt: skip
 
 

@@ -11,8 +11,7 @@ from scipy.stats import binom, gamma, ncx2
 
 from radar_service.bench.scenario import Scenario
 from radar_service.numerics import Floats, effective_earth_radius, known_level_factor
-from radar_service.propagation import elevation_gain, radar_two_rays, received_amplitude
-from radar_service.propagation.radar_equation import attenuation
+from radar_service.propagation import attenuation, elevation_gain, radar_two_rays, received_amplitude
 from radar_service.radar import Radar, horizon
 from radar_service.receive import receiver_noise_power
 from radar_service.scattering import per_azimuth

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -10,7 +9,7 @@ from radar_service.bench.scores.judged_scan import JudgedRun, JudgedScan
 from radar_service.bench.scores.scan_result import TargetTruth
 from radar_service.bench.scores.set_scores import velocity_error
 from radar_service.bench.scores.sightings import Sightings
-from radar_service.bench.trackers.tracker import TrackerInput, TrackState, moved_on
+from radar_service.bench.trackers.tracker import TrackerInput, TrackState, Vector, moved_on
 from radar_service.numerics import KNOT, NAUTICAL_MILE, Floats, wrap_angle
 from radar_service.truth.crossings import closest_approach
 
@@ -200,40 +199,29 @@ def target_errors(track: TrackState, truth: TargetTruth, own: TrackerInput) -> d
     nan: the truth has no such quantity, as the course of a body at rest; inf: the truth has a TCPA and the track has none.
     """
     later = track.time - truth.time
-    true = _Motion(np.array(truth.position), np.array(truth.velocity)).after(later)
-    true_own = _Motion(np.array(truth.own_position), np.array(truth.own_velocity)).after(later)
+    true, true_own = _after(truth.position, truth.velocity, later), _after(truth.own_position, truth.own_velocity, later)
     own_velocity = own.speed * np.array([np.sin(own.course), np.cos(own.course)])
-    tracked_own = _Motion(np.array([own.east, own.north]), own_velocity).after(track.time - own.time)
-    tracked = _Motion(np.array([track.east, track.north]), np.array([track.velocity_east, track.velocity_north]))
-    relative, true_relative = tracked.relative_to(tracked_own), true.relative_to(true_own)
-    (cpa, tcpa), (true_cpa, true_tcpa) = relative.closest_approach(), true_relative.closest_approach()
+    tracked_own = _after((own.east, own.north), own_velocity, track.time - own.time)
+    tracked = np.array([[track.east, track.north], [track.velocity_east, track.velocity_north]])
+    relative, true_relative = tracked - tracked_own, true - true_own
+    ((cpa,), (tcpa,)), ((true_cpa,), (true_tcpa,)) = (
+        closest_approach(each[:1], each[1:]) for each in (relative, true_relative)
+    )
     return {
-        "relative_course_deg": _angle_between(relative.velocity, true_relative.velocity),
-        "relative_speed_kn": abs(_length(relative.velocity) - _length(true_relative.velocity)) / KNOT,
-        "cpa_nm": abs(cpa - true_cpa) / NAUTICAL_MILE,
-        "tcpa_min": math.inf if math.isnan(tcpa) and not math.isnan(true_tcpa) else abs(tcpa - true_tcpa) / 60.0,
-        "true_course_deg": _angle_between(tracked.velocity, true.velocity),
-        "true_speed_kn": abs(_length(tracked.velocity) - _length(true.velocity)) / KNOT,
-        "range_m": abs(_length(relative.position) - _length(true_relative.position)),
-        "bearing_deg": _angle_between(relative.position, true_relative.position),
+        "relative_course_deg": _angle_between(relative[1], true_relative[1]),
+        "relative_speed_kn": abs(_length(relative[1]) - _length(true_relative[1])) / KNOT,
+        "cpa_nm": float(abs(cpa - true_cpa)) / NAUTICAL_MILE,
+        "tcpa_min": math.inf if np.isnan(tcpa) and not np.isnan(true_tcpa) else float(abs(tcpa - true_tcpa)) / 60.0,
+        "true_course_deg": _angle_between(tracked[1], true[1]),
+        "true_speed_kn": abs(_length(tracked[1]) - _length(true[1])) / KNOT,
+        "range_m": abs(_length(relative[0]) - _length(true_relative[0])),
+        "bearing_deg": _angle_between(relative[0], true_relative[0]),
     }
 
 
-class _Motion(NamedTuple):
-    """Position (2,) [m] and velocity (2,) [m/s], east and north."""
-
-    position: Floats
-    velocity: Floats
-
-    def after(self, time: float) -> "_Motion":
-        return _Motion(moved_on(self.position, self.velocity, time), self.velocity)
-
-    def relative_to(self, other: "_Motion") -> "_Motion":
-        return _Motion(self.position - other.position, self.velocity - other.velocity)
-
-    def closest_approach(self) -> tuple[float, float]:
-        distance, time = closest_approach(self.position[None], self.velocity[None])
-        return float(distance[0]), float(time[0])
+def _after(position: Vector, velocity: Vector, time: float) -> Floats:
+    """Position and velocity (2, 2), east and north, after a time [s]."""
+    return np.array([moved_on(position, velocity, time), velocity])
 
 
 def _length(vector: Floats) -> float:

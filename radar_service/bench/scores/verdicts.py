@@ -5,9 +5,9 @@ best possible tracker misses some limits in 2 % of runs: with 0 misses of 59 it 
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from scipy.stats import beta, binom
@@ -50,10 +50,6 @@ class Verdict:
     lower: float
     upper: float
     word: Word
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain data."""
-        return asdict(self)
 
 
 def failure_bounds(failures: int, runs: int) -> tuple[float, float]:

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 
 from radar_service.bench.trackers.tracker import TrackerInput, TrackState
 from radar_service.plots import Plot
+from radar_service.terminal import UsageError
 
 ANSWER_SECONDS = 60.0  # that a tracker may take for one scan
 MAX_LINE = 2**24  # characters of an answer
@@ -24,7 +25,7 @@ WORDS = {"priority": ("ais", "radar"), "acquired": ("automatic", "manual")}  # t
 T = TypeVar("T")
 
 
-class TrackerError(Exception):
+class TrackerError(UsageError):
     """A tracker that ended, did not answer in time or answered rubbish. Its text says which."""
 
 

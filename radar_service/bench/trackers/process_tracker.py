@@ -58,11 +58,7 @@ class ProcessTracker(LineTracker):
         self._reading.start()
         self._noting = Thread(target=self._note, name="tracker's standard error", daemon=True)
         self._noting.start()
-        try:
-            self.begin(header)
-        except TrackerError:
-            self.close()
-            raise
+        self.begin(header)
 
     @classmethod
     def ready(cls, command: str, header: Mapping[str, Any], sealed: Sequence[str] | None, digest: str) -> "ProcessTracker":

@@ -13,9 +13,8 @@ from radar_service.numerics import Floats, generator, name_key, wrap_bearing
 from radar_service.ports.nmea.nmea_port import ROUNDING, SentenceSchedule
 from radar_service.ports.nmea.own_ship import OwnShipReport, own_reports
 from radar_service.records import ShipStates
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
-from radar_service.spoke_source import TellsShips
+from radar_service.spoke_source import SpokeSourceFault, TellsShips
 from radar_service.world import TENTHS, Ais, AisShip, Reporting, geographic_from_map, true_bearing
 
 

@@ -7,9 +7,8 @@ from datetime import timedelta
 from radar_service.ports.nmea.own_ship import fast_sentences, own_reports, slow_sentences
 from radar_service.ports.nmea.targets import target_sentences
 from radar_service.ports.udp.udp_port import OneRadarPort, Sender, station_of
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station
-from radar_service.spoke_source import TellsShips
+from radar_service.spoke_source import SpokeSourceFault, TellsShips
 from radar_service.terminal import UsageError
 
 TENTHS = 10  # instants a second: of the fastest sentence

@@ -24,9 +24,8 @@ from radar_service.ports.udp.udp_port import station_of
 from radar_service.service.logs import Refusals, log_event
 from radar_service.service.poses import CommandedPose
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station, Stations
-from radar_service.spoke_source import TellsShips
+from radar_service.spoke_source import SpokeSourceFault, TellsShips
 from radar_service.terminal import UsageError
 from radar_service.world import Command, CommandError, SceneOutline, map_bearing, map_from_geographic
 

@@ -22,8 +22,8 @@ from radar_service.processes.limits import MachineBusyError
 from radar_service.service.controls import ControlError
 from radar_service.service.jobs import RETRY_SECONDS, Busy, Cancelled, DuplicateJob
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
 from radar_service.service.radio.station import Station
+from radar_service.spoke_source import BusyFault, SpokeSourceFault
 from radar_service.world import CommandError, NotSteerableError, SceneError, UnknownBodyError
 
 Answers = dict[int | str, dict[str, Any]]

@@ -1,5 +1,6 @@
 """Bodies of requests. JSON is refused with 400 where it is none, with 422 where a key occurs twice in one table.
 
+All bodies are bounded before anything reads them: a length that the client states is checked at once, chunks are counted.
 Bodies that hold scenes are read at once where they are small; big ones are left in a file for another process.
 """
 
@@ -12,9 +13,12 @@ from typing import Any, TypeVar
 from fastapi import HTTPException, Request, Response
 from fastapi.routing import APIRoute
 from pydantic import ValidationError
+from starlette.datastructures import Headers
+from starlette.responses import JSONResponse
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from radar_service.ports.rest import schemas
-from radar_service.ports.rest.scene_store import UploadFolder
+from radar_service.ports.rest.scene_store import MAX_UPLOAD_BYTES, UploadFolder
 from radar_service.processes.call import ProcessFault, call_in_process
 from radar_service.processes.fork_server import ForkServer
 from radar_service.service.jobs import JobQueue
@@ -23,6 +27,7 @@ from radar_service.strict_json import DuplicateKeyError, parsed
 Refusal = tuple[int, list[str]]  # status, and the lines of `detail`
 MAX_JSON_BYTES = 10 * 2**20  # as much as the file of a scene may have
 SMALL = 64 * 2**10  # bytes: some 2 ms to read
+TOO_LONG = 413  # status
 BODY, SCENE = "body.json", "scene.json"
 Model = TypeVar("Model", schemas.SceneUpload, schemas.SceneChoice)
 Parsed = tuple[dict[str, Any], Refusal | None]  # fields, or status and lines of a refusal
@@ -106,9 +111,55 @@ def read_body(path: Path, model: type[Model]) -> Parsed:
 
 
 async def _store(request: Request, path: Path) -> int:
-    """Writes a body into a file; returns its size. body_limits bounds it."""
+    """Writes a body into a file; returns its size."""
     size = 0
     with path.open("wb") as file:
         async for piece in request.stream():
             size += file.write(piece)
     return size
+
+
+class BodyLimitMiddleware:
+    """Answers 413 to a request with a body that is too long."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http":
+            return await self._app(scope, receive, send)
+        maximum, length = max_body(scope), Headers(scope=scope).get("content-length", "")
+        if length.isdecimal() and int(length[:20]) > maximum:
+            return await JSONResponse({"detail": _lines(maximum)}, TOO_LONG)(scope, receive, send)
+        await self._app(scope, _counted(receive, maximum), send)
+
+
+def max_body(scope: Scope) -> int:
+    """Returns the bytes that the body of a request may have: many only where a scene is expected."""
+    path = tuple(scope["path"].strip("/").split("/"))
+    match scope["method"], path:
+        case "POST", ("api", "scenes"):
+            is_form = Headers(scope=scope).get("content-type", "").lower().startswith("multipart/")
+            return MAX_UPLOAD_BYTES if is_form else MAX_JSON_BYTES
+        case "PUT", ("api", "radars", _, "scene"):
+            return MAX_JSON_BYTES
+    return SMALL
+
+
+def _counted(receive: Receive, maximum: int) -> Receive:
+    """Returns a receiver that raises HTTPException where the body exceeds its maximum [bytes]."""
+    size = 0
+
+    async def receive_counted() -> Message:
+        nonlocal size
+        message = await receive()
+        size += len(message.get("body", b""))
+        if size > maximum:
+            raise HTTPException(TOO_LONG, _lines(maximum))
+        return message
+
+    return receive_counted
+
+
+def _lines(maximum: int) -> list[str]:
+    return [f"body: more than {maximum} bytes; this request may have no more"]

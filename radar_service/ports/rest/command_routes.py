@@ -1,11 +1,12 @@
-"""REST: commands to own ship and to bodies while the radar runs."""
+"""REST: commands to own ship and to bodies while the radar runs, and errors on purpose."""
 
+import asyncio
 import math
 from collections.abc import Mapping
 from dataclasses import MISSING, fields
-from typing import Any
+from typing import Annotated, Any
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter, Body, Request
 from pydantic import BaseModel, ConfigDict, Field, create_model
 
 from radar_service.numerics import KNOT
@@ -21,11 +22,13 @@ from radar_service.ports.rest.answers import (
     station_of,
 )
 from radar_service.ports.rest.bodies import StrictRoute
-from radar_service.ports.rest.schemas import RequestBody
+from radar_service.ports.rest.schemas import ErrorsState, RequestBody
 from radar_service.ports.roles import needs
+from radar_service.scene_file.error_tables import error_tables
+from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.service.radio.station import Station
 from radar_service.stages.fields import Flag, Number
-from radar_service.world import Command
+from radar_service.world import Command, ErrorSettings
 
 READ = {**UNKNOWN, **CONFLICT, **REFUSED}
 CHANGE = {**READ, **UNREADABLE, **BUSY}
@@ -72,6 +75,10 @@ class SteerableState(BaseModel):
     latest: CommandState | None
 
 
+ERROR_EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]
+ErrorsChange = Annotated[ErrorsModel, Body(examples=ERROR_EXAMPLES)]
+
+
 def command_routes(stations: Mapping[str, Station]) -> APIRouter:
     """Returns the routes of what may be steered."""
     router = api_router("commands", StrictRoute)
@@ -105,6 +112,36 @@ def command_routes(stations: Mapping[str, Station]) -> APIRouter:
     return router
 
 
+def error_routes(stations: Mapping[str, Station]) -> APIRouter:
+    """Returns the routes of errors on purpose."""
+    router = api_router("radars", StrictRoute)
+
+    @router.get("/radars/{radar}/errors", responses={**UNKNOWN, **FORBIDDEN})
+    @needs("read")
+    async def get_errors(radar: str, request: Request) -> ErrorsState:
+        """Returns the errors on purpose that are in force, to clients that may know them."""
+        check_knows_truth(request, station_of(stations, radar), "errors")
+        return _errors(station_of(stations, radar).errors.errors)
+
+    @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})
+    @needs("command")
+    async def change_errors(radar: str, requested: ErrorsChange) -> ErrorsState:
+        """Changes errors on purpose, from the first spoke that was not yet sent; answers with all.
+
+        A table replaces the present one whole; null or {} switches it off, and tables that are not given stay. A profile
+        replaces the tables that it has. Another scene begins with the errors of its file; another rpm goes on with them.
+        """
+        return await _changed(station_of(stations, radar), requested.model_dump(exclude_unset=True))
+
+    @router.delete("/radars/{radar}/errors", responses=UNKNOWN)
+    @needs("command")
+    async def delete_errors(radar: str) -> ErrorsState:
+        """Switches all errors on purpose off, from the first spoke that was not yet sent."""
+        return await _changed(station_of(stations, radar), None)
+
+    return router
+
+
 def _state(station: Station, body: str | None) -> SteerableState:
     limits = station.epoch.info.scene.steerable.limits_of(body)
     latest = station.epoch.commands.latest(body)
@@ -120,3 +157,12 @@ async def _commanded(station: Station, body: str | None, change: CommandChange) 
     values = change.model_dump(exclude_none=True)
     command = await station.commands.command(body, lambda time: values, by="rest")
     return CommandState.model_validate(command.as_dict())
+
+
+async def _changed(station: Station, tables: Mapping[str, Any] | None) -> ErrorsState:
+    await asyncio.to_thread(station.errors.set_errors, tables)  # which may import scipy
+    return _errors(station.errors.errors)
+
+
+def _errors(errors: ErrorSettings | None) -> ErrorsState:
+    return ErrorsState.model_validate(error_tables(errors or ErrorSettings()))

@@ -106,14 +106,14 @@ COUNTERS: dict[str, tuple[str, Read]] = {
     "radar_bytes": ("Bytes handed to sockets", lambda s: s.hub.totals().bytes),
     "radar_slips": (
         "Times that the engine was so late that the schedule started anew",
-        lambda s: s.transmitter.pacer.schedule.slips,
+        lambda s: s.transmitter.pacer.group_clock.schedule.slips,
     ),
     "radar_restarts": (
         "Times that the engine failed and was started again", lambda s: s.transmitter.state.restarts,
     ),
 }  # fmt: skip
 GAUGES: dict[str, tuple[str, Read]] = {
-    "radar_lag_seconds": ("How late the newest spokes were sent", lambda s: s.transmitter.pacer.schedule.lag),
+    "radar_lag_seconds": ("How late the newest spokes were sent", lambda s: s.transmitter.pacer.group_clock.schedule.lag),
     "radar_real_time_factor": (
         "Simulated seconds per second over the last seconds", lambda s: s.transmitter.pacer.reached(),
     ),

@@ -1,10 +1,9 @@
 """REST: the radars, their controls, scenes, truth and pictures."""
 
-import asyncio
 from collections.abc import Mapping
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, HTTPException, Query, Request, Response
+from fastapi import APIRouter, HTTPException, Query, Request, Response
 
 from radar_service import wire
 from radar_service.ports.rest import schemas
@@ -17,7 +16,6 @@ from radar_service.ports.rest.answers import (
     UNKNOWN,
     UNREADABLE,
     api_router,
-    check_knows_truth,
     knows_truth,
     station_of,
 )
@@ -27,8 +25,6 @@ from radar_service.ports.rest.scene_routes import JobName, not_found
 from radar_service.ports.rest.scene_store import SceneStore, without_folder
 from radar_service.ports.roles import needs
 from radar_service.records import Truth
-from radar_service.scene_file.error_tables import error_tables
-from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.service.access import told_fields, told_plan
 from radar_service.service.codecs.codec import CODECS
 from radar_service.service.codecs.native import messages
@@ -36,7 +32,6 @@ from radar_service.service.controls import control_definitions
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.status import state
 from radar_service.service.scene_request import cell_layout
-from radar_service.world import ErrorSettings
 
 PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}}, "description": "the picture"}}
 SCENE_BODY: dict[str, Any] = {
@@ -49,7 +44,6 @@ def radar_routes(stations: Mapping[str, Station], store: SceneStore, reader: Bod
     router = api_router("radars", StrictRoute)
     _add_read_routes(router, stations, pictures)
     _add_changing(router, stations, store, reader)
-    _add_errors(router, stations)
     return router
 
 
@@ -144,41 +138,3 @@ def _radar_state(station: Station, knows: bool) -> schemas.RadarState:
         "encodings": list(wire.DTYPES),
     }
     return schemas.RadarState.model_validate(told_fields(fields, station.epoch.is_blind))
-
-
-EXAMPLES = [{"gyro": {"bias_deg": 1.5}, "feed": {"drop_rate": 0.1}}, {"profile": "imo-a823"}]
-ErrorsChange = Annotated[ErrorsModel, Body(examples=EXAMPLES)]
-
-
-def _add_errors(router: APIRouter, stations: Mapping[str, Station]) -> None:
-    @router.get("/radars/{radar}/errors", responses={**UNKNOWN, **FORBIDDEN})
-    @needs("read")
-    async def get_errors(radar: str, request: Request) -> schemas.ErrorsState:
-        """Returns the errors on purpose that are in force, to clients that may know them."""
-        check_knows_truth(request, station_of(stations, radar), "errors")
-        return _state(station_of(stations, radar).errors.errors)
-
-    @router.patch("/radars/{radar}/errors", responses={**UNKNOWN, **REFUSED, **UNREADABLE})
-    @needs("command")
-    async def change_errors(radar: str, requested: ErrorsChange) -> schemas.ErrorsState:
-        """Changes errors on purpose, from the first spoke that was not yet sent; answers with all.
-
-        A table replaces the present one whole; null or {} switches it off, and tables that are not given stay. A profile
-        replaces the tables that it has. Another scene begins with the errors of its file; another rpm goes on with them.
-        """
-        return await _changed(station_of(stations, radar), requested.model_dump(exclude_unset=True))
-
-    @router.delete("/radars/{radar}/errors", responses=UNKNOWN)
-    @needs("command")
-    async def delete_errors(radar: str) -> schemas.ErrorsState:
-        """Switches all errors on purpose off, from the first spoke that was not yet sent."""
-        return await _changed(station_of(stations, radar), None)
-
-
-async def _changed(station: Station, tables: Mapping[str, Any] | None) -> schemas.ErrorsState:
-    await asyncio.to_thread(station.errors.set_errors, tables)  # which may import scipy
-    return _state(station.errors.errors)
-
-
-def _state(errors: ErrorSettings | None) -> schemas.ErrorsState:
-    return schemas.ErrorsState.model_validate(error_tables(errors or ErrorSettings()))

@@ -11,7 +11,7 @@ from radar_service.ports.port import Port, Service
 from radar_service.ports.rest import metrics, schemas
 from radar_service.ports.rest.answers import REFUSED, UNKNOWN, api_router
 from radar_service.ports.rest.bodies import BodyReader
-from radar_service.ports.rest.command_routes import command_routes
+from radar_service.ports.rest.command_routes import command_routes, error_routes
 from radar_service.ports.rest.metrics import Vitals
 from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.radar_routes import radar_routes
@@ -50,6 +50,7 @@ class RestPort(Port):
         return (
             scene_routes(stations, self.store, reader),
             radar_routes(stations, self.store, reader, pictures),
+            error_routes(stations),
             command_routes(stations),
             job_routes(jobs),
             health_routes(stations, vitals),

@@ -1,18 +1,20 @@
-"""The HTTP routes of the Signal K Radar API, and the websocket of spokes."""
+"""The HTTP routes of the Signal K Radar API, and the websocket of spokes. Changes and failures are answered by a report."""
 
 from collections.abc import Callable, Mapping, Sequence
 from importlib import metadata
 from typing import Any, cast
 
 from fastapi import APIRouter, HTTPException, Request, Response
+from fastapi.responses import JSONResponse
+from starlette.exceptions import HTTPException as StarletteHTTPException
 from starlette.websockets import WebSocket
 
 from radar_service.ports.feed.feed_socket import serve
 from radar_service.ports.http.security import ROLE
 from radar_service.ports.port import Service
+from radar_service.ports.rest.answers import LINES, STATUS
 from radar_service.ports.rest.bodies import parsed_body
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import answered
 from radar_service.ports.signalk.codec import RadarShape, SignalKCodec
 from radar_service.ports.signalk.controls import control_of, own_change
 from radar_service.ports.signalk.radars import VERSION, Radars, capabilities, control_values, listed
@@ -26,6 +28,32 @@ API = "/signalk/v1/api/"  # of values, of which only `self` is there: all others
 STREAM_VERSION = "1.7.0"  # of the Signal K specification, whose deltas the stream has
 NO_TARGETS = "targets: this server tracks none; it is what you test your tracker with"
 Targets = Callable[[str], Sequence[Any]]  # those of a radar, by its id in the API
+
+
+def report(status: int, message: str = "OK", **more: Any) -> dict[str, Any]:
+    """Returns the report of a change: COMPLETED where the status (of HTTP) is below 400, or FAILED with the reason."""
+    return {"state": "COMPLETED" if status < 400 else "FAILED", "statusCode": status, "message": message, **more}
+
+
+def answered(status: int, message: str = "OK") -> JSONResponse:
+    """Returns the report of a change as an answer."""
+    return JSONResponse(report(status, message), status)
+
+
+def refusal(status: int, reason: str) -> tuple[int, dict[str, Any]]:
+    """Returns status and report of a refusal; the API has no 422."""
+    status = 400 if status == 422 else status
+    return status, report(status, reason)
+
+
+def failure(error: Exception) -> dict[str, Any]:
+    """Returns the report of what was raised for a message of the stream; raises it where it is no refusal."""
+    if isinstance(error, StarletteHTTPException):
+        return refusal(error.status_code, str(error.detail))[1]
+    for kind, status in STATUS.items():
+        if isinstance(error, kind):
+            return refusal(status, "; ".join(LINES[kind](error)) if kind in LINES else str(error))[1]
+    raise error
 
 
 def radar_routes(service: Service, radars: Radars, targets: Targets | None = None) -> APIRouter:

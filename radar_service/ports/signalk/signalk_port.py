@@ -16,17 +16,15 @@ from radar_service.ports.ais.transponders import Transponders
 from radar_service.ports.nmea.own_ship import own_reports
 from radar_service.ports.port import Port, Service
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import refusal
 from radar_service.ports.signalk.codec import SignalKCodec
-from radar_service.ports.signalk.radar_routes import radar_routes
+from radar_service.ports.signalk.radar_routes import radar_routes, refusal
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.stream import Streams
 from radar_service.ports.signalk.subscriptions import Path as ValuePath
 from radar_service.ports.signalk.values import own_ship_values, targets_of, vessel_values
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.state_changes import StateChange
 from radar_service.service.radio.station import Station, Stations
-from radar_service.spoke_source import TellsShips
+from radar_service.spoke_source import SpokeSourceFault, TellsShips
 
 if TYPE_CHECKING:
     from radar_service.ports.signalk.announcement import Announcement

@@ -17,9 +17,8 @@ from radar_service.ports.http.security import ROLE
 from radar_service.ports.http.websocket import framed
 from radar_service.ports.port import Service
 from radar_service.ports.roles import needs
-from radar_service.ports.signalk.answers import failure, report
 from radar_service.ports.signalk.controls import CONTROLS
-from radar_service.ports.signalk.radar_routes import STREAM, changed
+from radar_service.ports.signalk.radar_routes import STREAM, changed, failure, report
 from radar_service.ports.signalk.radars import Radars
 from radar_service.ports.signalk.subscriptions import SELF, Path, Subscriber, Subscription, SubscriptionError
 from radar_service.ports.signalk.values import Values

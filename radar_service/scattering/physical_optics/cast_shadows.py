@@ -89,13 +89,12 @@ class Onlooker(NamedTuple):
         """The shadows of other bodies that may lie on it along each leg: of ground by its outline, and of the others too where
         they have too many triangles."""
         own = self.windows() if others else []
-        near = self._near(others, own)
+        boxes = [pose.map_from_frame(triangles.box) for triangles, pose in others]
+        near = list(compress(others, self.stand_before(np.stack(boxes), MAP_POSE, own))) if others else []
         if not near:
             return [CastShadows.none(leg) for leg in self.legs]
-        dry = [
-            above_water(self.ground(*other, own) if other[0].is_ground else self.before(*other, own), 0.0)[0]
-            for other in near
-        ]
+        every = [self.ground(*other, own) if other[0].is_ground else self.before(*other, own) for other in near]
+        dry = [above_water(corners, 0.0)[0] for corners in every]
         many = MAX_TRIANGLES if sum(map(len, dry)) <= MAX_TRIANGLES else MAX_TRIANGLES // len(near)
         outlined = [
             len(corners) > (min(FEW_TRIANGLES, many) if triangles.is_ground else many)
@@ -167,13 +166,6 @@ class Onlooker(NamedTuple):
         share = (slope - window.low) / np.maximum(window.high - window.low, 1e-12)
         ring = np.clip(np.ceil(share * RINGS), 0, RINGS).astype(np.int64)
         return np.concatenate([2 * ring, 2 * ring + 1])
-
-    def _near(self, others: Posed, own: Sequence[Windows]) -> Posed:
-        """Other bodies of which any triangle may stand before this one: all at once, by their boxes."""
-        if not others:
-            return others
-        boxes = np.stack([pose.map_from_frame(triangles.box) for triangles, pose in others])
-        return [others[number] for number in np.flatnonzero(self.stand_before(boxes, MAP_POSE, own)).tolist()]
 
     def before(self, triangles: TriangleClusters, pose: BodyPose, own: Sequence[Windows], moved: float = 0.0) -> Floats:
         """The triangles (T, 3, 3) on the map [m] of another body that may stand before this one along a leg.

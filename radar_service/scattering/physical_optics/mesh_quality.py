@@ -4,8 +4,6 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from radar_service.numerics import Flags, Floats
 from radar_service.radar import Radar
@@ -39,6 +37,9 @@ def _welded_edges(mesh: Mesh) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
 
 def _parts(ends: NDArray[np.int32], face: NDArray[np.int32], faces: int) -> tuple[NDArray[np.int64], int, NDArray[np.int32]]:
     """Numbers (3 F,) of edges, the same for those that coincide; how many parts there are, and of which each triangle is (F,)."""
+    from scipy.sparse import coo_array  # here: only bodies by optics need it, and it would slow every start
+    from scipy.sparse.csgraph import connected_components
+
     low, high = ends.min(axis=1), ends.max(axis=1)
     edge, uses = np.unique(low.astype(np.int64) * (int(high.max()) + 1) + high, return_inverse=True, return_counts=True)[1:]
     order = np.argsort(edge, kind="stable")
@@ -67,14 +68,9 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     return np.asarray(side[part], dtype=np.int8)
 
 
-def faces_itself(rises: Flags, outside: NDArray[np.int8]) -> bool:
-    """Whether parts of a mesh may face each other; arguments as from `concave_sides` and `outward_side`."""
-    return bool((rises[:, 0] & (outside >= 0)).any() or (rises[:, 1] & (outside <= 0)).any())
-
-
 def is_concave(mesh: Mesh) -> bool:
     """Whether parts of a mesh may face each other, as seen from where a wave may come."""
-    return faces_itself(concave_sides(mesh), outward_side(mesh))
+    return concave(mesh, outward_side(mesh)) > 0
 
 
 def concave_sides(mesh: Mesh) -> Flags:

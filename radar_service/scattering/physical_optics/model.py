@@ -6,7 +6,7 @@ Equal bodies share what does not depend on their motion.
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar, Self
+from typing import ClassVar
 
 import numpy as np
 from typing_extensions import override
@@ -102,11 +102,8 @@ class OpticalBody:
         lattice = Lattice.over(echoes.place, cell, flattest(legs), water)
         weights, received = over_nodes(legs, lattice, echoes), legs[0].weight(lattice.nodes) ** 2
         lengths, result = [leg.length(lattice.nodes) for leg in legs], []
-        amplitude = (
-            echoes.amplitude
-            * self.reflectivity ** (echoes.surfaces / 2.0)
-            * np.choose(echoes.ways, np.broadcast_arrays(echoes.ways, *weights)[1:])
-        )
+        weight = np.choose(echoes.ways, np.broadcast_arrays(echoes.ways, *weights)[1:])
+        amplitude = echoes.amplitude * self.reflectivity ** (echoes.surfaces / 2.0) * weight
         for (out, back), fields in zip(PATHS, lattice.sums(amplitude, echoes.ways, len(weights)), strict=False):
             sums = fields * wave.phasor(-lengths[out] - lengths[back])
             kept = strongest(np.abs(sums * received))
@@ -116,17 +113,15 @@ class OpticalBody:
 
 def optical_bodies(bodies: Sequence[Body], radar: Radar, bounces: int) -> list[OpticalBody]:
     """`OpticalBody` of each body. Those of equal meshes, materials and plating are one object."""
-    result: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
-    keys = [_key(body) for body in bodies]
-    for key, body in zip(keys, bodies, strict=True):
-        if key not in result:
-            result[key] = OpticalBody.of(body, radar, bounces)
-    return [result[key] for key in keys]
-
-
-def _key(body: Body) -> tuple[bytes, str, Plating | None]:
-    assert body.mesh is not None
-    return content_key(body.mesh.vertices, body.mesh.faces), body.material.name, body.plating
+    optical: dict[tuple[bytes, str, Plating | None], OpticalBody] = {}
+    result = []
+    for body in bodies:
+        assert body.mesh is not None
+        key = content_key(body.mesh.vertices, body.mesh.faces), body.material.name, body.plating
+        if key not in optical:
+            optical[key] = OpticalBody.of(body, radar, bounces)
+        result.append(optical[key])
+    return result
 
 
 class PhysicalOptics(AspectModel):
@@ -134,24 +129,14 @@ class PhysicalOptics(AspectModel):
 
     by_aspect: ClassVar[bool] = True
     diffracts: ClassVar[bool] = True
-    lit_by_sea: ClassVar[bool] = True
-    tells_sea_delay: ClassVar[bool] = False  # echoes by each path have ranges of their own
-    has_resting_points: ClassVar[bool] = False
+    lit_by_sea: ClassVar[bool] = True  # with ranges of their own, so the plan tells no delay
 
-    def __init__(
-        self, bodies: Sequence[Body], key: Indices, optical: Sequence[OpticalBody], context: ScatteringContext
-    ) -> None:
-        """key: (B,) index of each body in the scene."""
+    def __init__(self, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> None:
         self.bodies, self.key = tuple(bodies), key
         self.scatterers: Indices = np.zeros(len(key), dtype=np.int64)
-        self._optical, self._radar, self._environment = tuple(optical), context.radar, context.environment
+        self._optical = optical_bodies(bodies, context.radar, context.fidelity.bounces)
+        self._radar, self._environment = context.radar, context.environment
         self._over_horizon = diffraction_height(context.radar, context.environment)
-
-    @classmethod
-    @override
-    def build(cls, bodies: Sequence[Body], key: Indices, context: ScatteringContext) -> Self:
-        optical = optical_bodies(bodies, context.radar, context.fidelity.bounces)
-        return cls(bodies, key, optical, context)
 
     @override
     def echoes(self, antenna: Floats, instant: Instant) -> BodyEchoes:
@@ -165,15 +150,14 @@ class PhysicalOptics(AspectModel):
     def upright(self, b: int, distance: float) -> float:
         """The height [m] of what `coherence` is the length of."""
         flattest = FLATTEST if self._environment.multipath else np.inf
-        return self._optical[b].limits.highest(distance - self.bodies[b].radius, UPRIGHT, flattest)
+        return self._optical[b].limits.coherence(distance - self.bodies[b].radius, UPRIGHT, flattest)
 
     def _in_wedge(self, instant: Instant) -> list[int]:
         """The bodies that have a part in the wedge of an instant."""
         if instant.wedge is None:
             return list(range(len(self.bodies)))
         centre = np.array([body.middle_at(instant.time) for body in self.bodies]).reshape(-1, 3)
-        near = instant.wedge.contains(centre, np.array([body.radius for body in self.bodies]))
-        return [int(b) for b in np.flatnonzero(near)]
+        return np.flatnonzero(instant.wedge.contains(centre, np.array([body.radius for body in self.bodies]))).tolist()
 
     @override
     def body_echoes(self, b: int, antenna: Floats, instant: Instant) -> BodyEchoes:
@@ -191,10 +175,12 @@ class PhysicalOptics(AspectModel):
         over_sea, scene = self._environment.multipath and bool(antenna[2] > 0.0), instant.line_of_sight
         sea = self._sea_field(b, optical, posed.upright, antenna) if over_sea else None
         by_paths = over_sea and not (sea is not None and sea.all_paths)
-        ground = self._ground(optical, posed.upright, antenna, instant) if by_paths and sea is None else 0.0
+        ground = 0.0
+        if by_paths and sea is None:
+            ground = ground_before(self._radar, self._environment, scene, antenna, _box(optical, posed.upright))
         pose, raised = posed.lifted(-ground).upright, antenna - [0.0, 0.0, ground]
         others = scene.other_occluders(int(self.key[b]), antenna, instant.time, instant.movers)
-        before = scene.posed_triangles(others, raised, instant.time)
+        before = scene.posed_triangles(others, instant.time)
         shadows = self._onlooker(optical, pose, raised, instant, by_paths).shadows(
             [(triangles, each.lifted(-ground)) for triangles, each in before]
         )
@@ -203,10 +189,6 @@ class PhysicalOptics(AspectModel):
             BodyLeg(number > 0, pose, raised, scene.earth_radius, field, cast)
             for number, (field, cast) in enumerate(zip(fields, shadows, strict=True))
         )
-
-    def _ground(self, optical: OpticalBody, pose: BodyPose, antenna: Floats, instant: Instant) -> float:
-        """`ground_before` a body in a pose."""
-        return ground_before(self._radar, self._environment, instant.line_of_sight, antenna, _box(optical, pose))
 
     def _lowest(self, b: int, leg: BodyLeg) -> float:
         """Height [m] in the frame of body b below which nothing scatters: of the sea, or where nothing diffracts of the way over
@@ -225,7 +207,7 @@ class PhysicalOptics(AspectModel):
         pose = pose_at(self.bodies[b], instant.time)
         optical = self._optical[b] if pose.lean is None else self._optical[b].leaning(pose.lean)
         onlooker = self._onlooker(optical, pose.upright, antenna, instant, self._environment.multipath and antenna[2] > 0.0)
-        posed = instant.line_of_sight.posed_triangles(list(among), antenna, instant.time)
+        posed = instant.line_of_sight.posed_triangles(list(among), instant.time)
         nearest = [onlooker.nearest(*other, moved, own_moved) for moved, other in zip(among.values(), posed, strict=True)]
         return [Caster(key, distance) for key, distance in zip(among, nearest, strict=True) if distance < np.inf]
 
@@ -239,15 +221,12 @@ class PhysicalOptics(AspectModel):
 
     def _sea_field(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> SeaField | None:
         """The field of all paths at body b where diffraction counts, and None elsewhere."""
-        (_, *ends), top = self._reach_and_top(b, optical, pose, antenna)
-        return SeaField.at_body(self._radar, self._environment, (float(ends[0]), float(ends[1])), top, float(antenna[2]))
-
-    def _reach_and_top(self, b: int, optical: OpticalBody, pose: BodyPose, antenna: Floats) -> tuple[Floats, float]:
-        """Distances along the earth (3,) of the near end, the middle and the far end of body b, and its top over the sea [m]."""
         body = self.bodies[b]
         middle = map_from_body(body.middle, pose.position, pose.heading) - antenna
+        distance = float(np.hypot(middle[0], middle[1]))
+        ends = max(distance, 1.0), max(distance + body.radius, 1.0)
         top = max(float(pose.position[2]) + float(optical.mesh.vertices[:, 2].max()), 0.0)
-        return np.maximum(np.hypot(middle[0], middle[1]) + body.radius * np.array([-1.0, 0.0, 1.0]), 1.0), top
+        return SeaField.at_body(self._radar, self._environment, ends, top, float(antenna[2]))
 
     @staticmethod
     def max_rcs(body: Body, radar: Radar, fidelity: Fidelity) -> float:
@@ -276,17 +255,12 @@ class PhysicalOptics(AspectModel):
     def run_error(body: Body, conditions: Conditions, run: BodyRun) -> RunError:
         """Errors of curves, beyond those of plates and corners."""
         assert body.mesh is not None
-        errors, remarks = [], list[str]()
         sag = curve_sag(body.mesh)
         curves = CURVES_DB * sag / (MAX_SAG * conditions.radar.wavelength)
-        if 0.0 < curves <= MAX_CURVES_DB:
-            errors.append(curves)
-            remarks.append(f"curves sag by {length_text(sag)}: {curves:.1g} dB")
-        elif curves > MAX_CURVES_DB:
-            remarks.append(
-                f"bends that are meant as curves sag by {length_text(sag)} and err by over {MAX_CURVES_DB:.0f} dB"
-            )
-        return RunError(math.hypot(*errors), tuple(remarks))
+        if curves > MAX_CURVES_DB:
+            remark = f"bends that are meant as curves sag by {length_text(sag)} and err by over {MAX_CURVES_DB:.0f} dB"
+            return RunError(0.0, (remark,))
+        return RunError(curves, (f"curves sag by {length_text(sag)}: {curves:.1g} dB",)) if curves > 0.0 else RunError()
 
     @staticmethod
     def coherence_at(body: Body, radar: Radar, nearest: float) -> float:

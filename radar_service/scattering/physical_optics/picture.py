@@ -8,12 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from radar_service.numerics import Flags, Floats, wrap_angle
+from radar_service.numerics import Floats
 from radar_service.propagation import reflection_distance
 
 NEAREST = 1e-3  # m: distances below it count as this one
 AROUND = 1.5  # rad aside of its middle, from which a hull may hold the antenna
-ROUNDING = 1e-9  # rad and slope by which windows are wider
 
 
 class Picture(NamedTuple):
@@ -76,16 +75,6 @@ class Windows(NamedTuple):
         angle = 2.0 * by / self.nearest
         bounds = (self.half + angle, self.low - angle, self.high + angle)
         return Windows(self.middle, *bounds, np.maximum(self.nearest - by, NEAREST), self.farthest + by)
-
-    def before(self, other: "Windows") -> Flags:
-        """Which windows lie on bearings of that of `other` and begin before it ends."""
-        aside = np.abs(wrap_angle(self.middle - other.middle))
-        return np.asarray((aside <= self.half + other.half + ROUNDING) & (self.nearest < other.farthest))
-
-    def overlap(self, other: "Windows") -> Flags:
-        """Which windows overlap that of `other` and begin before it ends."""
-        apart = (self.low > other.high + ROUNDING) | (self.high < other.low - ROUNDING)
-        return self.before(other) & ~apart
 
 
 def _slopes(bottom: Floats, top: Floats, nearest: Floats, farthest: Floats, picture: Picture) -> tuple[Floats, Floats]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics import Floats, Indices
+from radar_service.trace import interleaved
 from radar_service.world import Mesh
 
 ORDER_BITS = 10  # of each coordinate along the curve by which pieces are sorted
@@ -93,16 +94,11 @@ def _joined(mesh: Mesh, outside: NDArray[np.int8]) -> tuple[Floats, Indices, Flo
     return corner[: first[count]], first[: count + 1], normal[:count], patch[:count], side[:count]
 
 
-def _along_curve(middle: Floats) -> Indices:
+def _along_curve(middle: Floats) -> NDArray[np.uint64]:
     """Where points (P, 3) lie along a curve on which neighbours are near each other (Morton 1966)."""
     low = middle.min(axis=0, initial=np.inf)
     extent = max(float((middle.max(axis=0, initial=-np.inf) - low).max(initial=0.0)), 1e-9) if len(middle) else 1.0
-    cell = ((middle - low) / extent * (2**ORDER_BITS - 1)).astype(np.int64)
-    place = np.zeros(len(middle), dtype=np.int64)
-    for bit in range(ORDER_BITS):
-        for axis in range(3):
-            place |= (cell[:, axis] >> bit & 1) << (3 * bit + axis)
-    return place
+    return interleaved(((middle - low) / extent * (2**ORDER_BITS - 1)).astype(np.uint64))
 
 
 def aspect_seconds(pieces: int, bounces: int) -> float:

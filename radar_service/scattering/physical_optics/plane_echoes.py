@@ -104,17 +104,15 @@ class PlaneOptics:
         level = 0.0
         for few in range(1, min(bounces, 2) + 1):
             optics = cls(pieces, wave, few, level, walls)
-            level = float(
-                np.median([optics.largest_cell((n + ASKEW) / ASPECTS * 2.0 * np.pi, range_cell) for n in range(ASPECTS)])
-            )
+            cells = [optics.largest_cell((n + ASKEW) / ASPECTS * 2.0 * np.pi, range_cell) for n in range(ASPECTS)]
+            level = float(np.median(cells))
         return cls(pieces, wave, bounces, level, walls)
 
     def largest_cell(self, azimuth: float, range_cell: float) -> float:
         """The field of the largest range cell as seen from far away [m]."""
         toward = np.array([np.sin(azimuth), np.cos(azimuth), 0.0]) * np.cos(ELEVATION) + [0.0, 0.0, np.sin(ELEVATION)]
-        seen = self._within((BodyLeg(False, MAP_POSE, FAR * toward, np.inf),), -np.inf, Longest(range_cell), WORK_OF_LEVEL)[
-            0
-        ]
+        leg = BodyLeg(False, MAP_POSE, FAR * toward, np.inf)
+        seen, _ = self._within((leg,), -np.inf, Longest(range_cell), WORK_OF_LEVEL)
         if not len(seen.ways):
             return 0.0
         cell = np.floor((seen.place @ toward) / range_cell).astype(np.int64)
@@ -214,12 +212,11 @@ class EdgeLimits(NamedTuple):
         bend = float(np.sqrt(2.0 * MAX_BEND * self.wavelength / np.pi))
         return Longest(min(EDGE_SHARE * self.range_cell, EXTENT_SHARE * self.extent), BEAM_SHARE * self.beamwidth, bend)
 
-    def coherence(self, nearest: float) -> float:
-        """The longer of cell and edge [m] of a body whose nearest part is so far away [m]."""
-        return self.highest(nearest, 1.0)
+    def coherence(self, nearest: float, upright: float = 1.0, flattest: float = np.inf) -> float:
+        """The longer of edge and cell [m] of a body whose nearest part is so far away [m].
 
-    def highest(self, nearest: float, upright: float, flattest: float = np.inf) -> float:
-        """The longer of edge and height of a cell [m], which is `upright` times its length, at most `flattest`."""
+        upright: height over length of the cell, which then counts; flattest: what it is at most [m].
+        """
         nearest = max(nearest, NEAREST)
         edge, wide, bend = self.longest
         cell = min(upright * float(self.cell(np.array(nearest))), flattest)

@@ -144,18 +144,14 @@ class PlatedWalls:
         dented = ORDERS + 2.0 * self.wavenumber * self.plating.depth
         return dented + FADING, dented
 
-    def _kept(self, facing: Floats) -> Floats:
-        """The share (M,) of the field that a bounce on plating keeps, by cosines (M,)."""
-        node, weight = np.polynomial.legendre.leggauss(NODES)
-        depth = self.plating.depth * (1.0 + SPREAD * np.sqrt(3.0) * node)
-        phase = self.wavenumber * np.abs(facing)[:, None] * depth
-        mean = (weight / 2.0 * j0(phase) * np.exp(1j * phase)).sum(axis=1)
-        return np.asarray(np.abs(mean))
-
     @cached_property
     def kept_by_facing(self) -> Floats:
-        """What a bounce on plating keeps (COSINES,), by cosines from 0 to 1."""
-        return self._kept(np.linspace(0.0, 1.0, COSINES))
+        """The share (COSINES,) of the field that a bounce on plating keeps, by cosines from 0 to 1."""
+        node, weight = np.polynomial.legendre.leggauss(NODES)
+        depth = self.plating.depth * (1.0 + SPREAD * np.sqrt(3.0) * node)
+        phase = self.wavenumber * np.linspace(0.0, 1.0, COSINES)[:, None] * depth
+        mean = (weight / 2.0 * j0(phase) * np.exp(1j * phase)).sum(axis=1)
+        return np.asarray(np.abs(mean))
 
 
 def _drawn(plating: Plating, wall: Indices, bay: Indices, tier: Indices) -> Floats:

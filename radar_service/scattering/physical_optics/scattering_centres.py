@@ -47,7 +47,7 @@ class Lattice:
         lies [m].
         """
         if len(cell) and cell.min() == cell.max():
-            return cls(*_lattice(points, float(cell[0]), flattest, lowest))
+            return _lattice(points, float(cell[0]), flattest, lowest)
         sizes = np.unique(cell)
         members = [np.flatnonzero(cell == size) for size in sizes]
         parts = [_lattice(points[m], float(size), flattest, lowest) for m, size in zip(members, sizes, strict=True)]
@@ -70,10 +70,7 @@ class Lattice:
         return total
 
 
-Cells = tuple[Floats, Indices, Floats]  # as of a `Lattice`
-
-
-def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cells:
+def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Lattice:
     """The lattice about points (M, 3) with cells of one size [m]."""
     bottom = lowest if np.isfinite(lowest) else 0.0
     steps, base = np.array([size, size, min(UPRIGHT * size, flattest)]), np.array([0.0, 0.0, bottom])
@@ -81,16 +78,15 @@ def _lattice(points: Floats, size: float, flattest: float, lowest: float) -> Cel
     nodes, corner, share = np.empty((8 * count, 3)), np.empty((8, count), dtype=np.int64), np.empty((8, count))
     taken = np.ascontiguousarray(points), steps, base, nodes, corner, share
     total = KERNELS.lattice_nodes(count, from_zero, len(nodes), *taken)
-    return nodes[:total].copy(), corner, share
+    return Lattice(nodes[:total].copy(), corner, share)
 
 
-def _joined(parts: list[Cells], members: list[Indices], count: int) -> Lattice:
-    corner, share, nodes, first = np.zeros((8, count), dtype=np.int64), np.zeros((8, count)), [np.zeros((0, 3))], 0
-    for (points, corners, shares), which in zip(parts, members, strict=True):
-        corner[:, which], share[:, which] = corners + first, shares
-        nodes.append(points)
-        first += len(points)
-    return Lattice(np.concatenate(nodes), corner, share)
+def _joined(parts: list[Lattice], members: list[Indices], count: int) -> Lattice:
+    corner, share, first = np.zeros((8, count), dtype=np.int64), np.zeros((8, count)), 0
+    for part, which in zip(parts, members, strict=True):
+        corner[:, which], share[:, which] = part.corner + first, part.share
+        first += len(part.nodes)
+    return Lattice(np.concatenate([np.zeros((0, 3)), *(part.nodes for part in parts)]), corner, share)
 
 
 def strongest(level: Floats) -> NDArray[np.int64]:

@@ -22,9 +22,7 @@ LONGEST, SHORTEST = 500.0, 1.0  # m: the longest ship had 458 m
 HIGHEST = dict.fromkeys(("building", "urban", "concrete", "brick", "glass"), 1000.0)  # m: the highest building has 828 m
 HIGHEST_LAND = 9000.0  # m: the highest mountain has 8849 m
 DIFFERENT = 1.25  # times: AIS tells whole metres, and some meshes leave out a bowsprit or a bulb
-MAX_OPTICS_AREA = (
-    1e6  # m^2 of what is longer than LONGEST: 100 m off a scan takes 54 s, 1.1 GB; the largest ship has 0.2 km2
-)
+MAX_OPTICS_AREA = 1e6  # m^2 of what is longer than LONGEST: 100 m off a scan takes 54 s; the largest ship has 0.2 km2
 SCALE = "set scale to the metres per unit of the file (0.001 for mm, 0.0254 for inches, 0.3048 for feet)"
 ACROSS = 1.5  # times as wide as long: no ship is, so its bow points along x in the file
 SIDEWAYS_DEG = 45.0  # of drift, from which on somebody has turned the mesh already

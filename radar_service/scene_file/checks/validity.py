@@ -77,8 +77,7 @@ def _doppler(world: World, radar: Radar, platform: Platform) -> Iterator[str]:
     cells = pulse_doppler_shift(speed, radar.pulse, radar.wavelength, radar.chirp.doppler_coupling)
     if cells > MAX_DOPPLER_SHIFT:
         yield (
-            f"radar.pulse_s: at {speed / KNOT:.0f} kn Doppler within a pulse of {radar.pulse:g} s moves echoes by "
-            f"{cells:.2g} "
+            f"radar.pulse_s: at {speed / KNOT:.0f} kn Doppler within a pulse of {radar.pulse:g} s moves echoes by {cells:.2g} "
             "range cells; the simulation models motion between spokes only: shorten the pulse for exact ranges"
         )
 
@@ -181,9 +180,7 @@ def surfaces_above(vertices: Floats, faces: Indices, point: Floats) -> int:
     foot = point[:2] + PLUMB_LINE_OFFSET
     if (vertices[:, :2].min(axis=0) > foot).any() or (vertices[:, :2].max(axis=0) < foot).any():
         return 0
-    side = np.zeros(
-        len(vertices), dtype=np.uint8
-    )  # a bit each for west, east, south and north: a byte a vertex is read fast
+    side = np.zeros(len(vertices), dtype=np.uint8)  # a bit each for west, east, south, north: a byte is read fast
     for axis in (0, 1):
         side |= (vertices[:, axis] <= foot[axis]) * np.uint8(1 << 2 * axis)
         side |= (vertices[:, axis] >= foot[axis]) * np.uint8(2 << 2 * axis)

@@ -5,7 +5,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, Tag
 
-from radar_service.scene_file.model.seaway import SeawayModel
+from radar_service.scene_file.model.moving import SeawayModel
 from radar_service.stages.fields import Bearing, Flag, Number, Section
 from radar_service.world import sea_state_of
 

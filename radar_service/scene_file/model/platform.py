@@ -92,10 +92,7 @@ def has_sensors(entry: RadarEntry) -> bool:
 
 
 def radar_problems(
-    radars: Radars,
-    own_ship_body: str | None,
-    can_carry: Mapping[str, bool],
-    has_origin: bool,
+    radars: Radars, own_ship_body: str | None, can_carry: Mapping[str, bool], has_origin: bool
 ) -> Iterator[str]:
     """Yields what is wrong: equal ids, and for a platform that the scene does not have.
 
@@ -117,10 +114,7 @@ def radar_problems(
 
 
 def error_owner_problems(
-    radars: Radars,
-    own_ship_body: str | None,
-    own_ship_errs: bool,
-    bodies_with_errors: Mapping[str, int],
+    radars: Radars, own_ship_body: str | None, own_ship_errs: bool, bodies_with_errors: Mapping[str, int]
 ) -> Iterator[str]:
     """Yields what is wrong: errors of sensors that no radar uses, and for two tables of one platform.
 

@@ -63,8 +63,6 @@ class PulseModel(WaveformModel):
 
 
 WAVEFORM_KEYS = tuple(WaveformModel.model_fields)
-
-
 OF_A_SCALE = {*WAVEFORM_KEYS, "pulses", "sample_rate_hz", "prf_hz", "integration"}  # keys that belong to a set
 
 if TYPE_CHECKING:
@@ -171,15 +169,7 @@ class RadarModel(WaveformModel):
         _check_pulses(self)
         for k, radar in enumerate(self.of_each_pulse()):
             try:
-                for check in (
-                    _check_sampling,
-                    _check_sizes,
-                    _check_waveform,
-                    _check_repetition,
-                    _check_beam,
-                    _check_sectors,
-                    _check_effects,
-                ):
+                for check in CHECKS:
                     check(radar)
             except ValueError as error:
                 named = str(error).split(":")[0] in PulseModel.model_fields and self.pulses
@@ -326,8 +316,7 @@ def _check_sectors(radar: RadarModel) -> None:
     for k, (start, stop) in enumerate(radar.blind_sectors_deg):
         if start == stop:
             raise ValueError(
-                f"blind_sectors_deg[{k}]: [{start:g}, {stop:g}] is not allowed; two different angles from -360 to 360 "
-                "degrees; "
+                f"blind_sectors_deg[{k}]: [{start:g}, {stop:g}] is not allowed; two different angles from -360 to 360 degrees; "
                 "remove the sector, or write [0, 360] for the full circle"
             )
 
@@ -339,15 +328,17 @@ def _check_effects(radar: RadarModel) -> None:
             effect.check_radar(given, *antenna)
 
 
+CHECKS = (
+    _check_sampling, _check_sizes, _check_waveform, _check_repetition, _check_beam, _check_sectors, _check_effects,
+)  # fmt: skip
+
+
 def _check_table(name: str, table: tuple[tuple[float, float], ...]) -> None:
     if not 2 <= len(table) <= 10_000:
         raise ValueError(f"{name}: a table has 2 to 10000 rows of (degrees, dB), this one has {len(table)}: thin it")
     offsets = [row[0] for row in table]
-    if (
-        offsets[0] != 0
-        or offsets[-1] > 180
-        or any(b - a < MIN_TABLE_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False))
-    ):
+    rises = all(b - a >= MIN_TABLE_STEP_DEG for a, b in zip(offsets, offsets[1:], strict=False))
+    if offsets[0] != 0 or offsets[-1] > 180 or not rises:
         raise ValueError(
             f"{name}: the offsets start at 0 and rise strictly, by {MIN_TABLE_STEP_DEG:g} at least, to at most 180 degrees; "
             "sort the rows of the table"

@@ -5,7 +5,6 @@ coordinates: the engine applies the earth's curvature. Sea bed and land outside 
 map stands above the sea, a skirt closes it: a wall, which faces outward, from the rim down below the sea.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
@@ -81,7 +80,7 @@ def heightmap_terrain(
     heights = heights_from_raster(body, raster, location) + start[2]
     if raster.empty is not None:
         heights[raster.empty] = SEA_BED
-    positions = _placement(body, raster, start, origin, location)(heights.shape)
+    positions = _placement(body, raster, start, origin, location)
     if not np.abs(positions).max() <= MAX_COORDINATE:
         raise SceneError(
             f"{location}.heightmap: the map extends {np.abs(positions).max():g} m from the origin; at most "
@@ -136,12 +135,13 @@ def heights_from_raster(body: HeightMapBodyModel, raster: Raster, location: str)
 
 def _placement(
     body: HeightMapBodyModel, raster: Raster, start: Floats, origin: Origin | None, location: str
-) -> Callable[[tuple[int, ...]], Floats]:
-    """Returns a function from the shape of the map to the east, north (rows, columns, 2) [m] of its samples."""
+) -> Floats:  # fmt: skip
+    """Returns the east, north (rows, columns, 2) [m] of the samples of a map."""
+    shape = raster.samples.shape
     if body.extent_m is not None:
         extent = body.extent_m
         x, y = (start[k] + extent[k] * np.array([-0.5, 0.5]) for k in range(2))
-        return lambda shape: _grid(x, y, shape)
+        return _grid(x, y, shape)
     corners = raster.corners
     if body.south_west_deg is not None and body.north_east_deg is not None:
         corners = (body.south_west_deg, body.north_east_deg)
@@ -161,13 +161,7 @@ def _placement(
             f"{location}.south_west_deg: [{south:g}, {west:g}] is not south and west of north_east_deg "
             f"[{north:g}, {east:g}]; {remedy}"
         )
-    map_origin = origin
-
-    def geographic(shape: tuple[int, ...]) -> Floats:
-        grid = _grid(np.array([west, east]), np.array([south, north]), shape)
-        return _map_positions(grid, map_origin)
-
-    return geographic
+    return _map_positions(_grid(np.array([west, east]), np.array([south, north]), shape), origin)
 
 
 def _grid(x: Floats, y: Floats, shape: tuple[int, ...]) -> Floats:

@@ -5,24 +5,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
-from radar_service.scene_file.readers.file_format import (
-    Faces,
-    FileBody,
-    Format,
-    check_face_count,
-    check_range,
-    refusals,
-)
+from radar_service.scene_file.readers.file_format import Faces, FileBody, Format, check_face_count, check_range, refusals
 from radar_service.scene_file.readers.formats import examples, format_of
 from radar_service.world import Mesh, SceneError, row_marks
 
-FLAT = (
-    1e-3  # m, of a piece off its plane: two pieces so flat are within 2 mm, where neither shadows the other (trace.occluder)
-)
+FLAT = 1e-3  # m, of a piece off its plane: of two within 2 mm neither shadows the other (trace.occluder)
 MAX_BEND = 0.05  # rad between triangles of one piece, however small
 MAX_SEARCHED = 1_000_000  # triangles: 3 s of processor time; `check` tells of doubled layers in larger meshes too
 MAX_FILE_BYTES = 200 * 2**20
@@ -59,6 +48,9 @@ def flat_copies(points: Floats, faces: Faces, edges: Edges) -> Indices:
     """
     if len(faces) > MAX_SEARCHED or not _may_overlap(points, faces, edges):
         return np.zeros(0, dtype=np.int64)
+    from scipy.sparse import coo_array  # here: few meshes have doubled layers, and it would slow every start
+    from scipy.sparse.csgraph import connected_components
+
     line, side = _lines_at_edges(points, faces, edges)
     order = np.lexsort((side, line))
     across = (np.diff(line[order]) == 0) & (np.diff(side[order].astype(np.int8)) != 0)

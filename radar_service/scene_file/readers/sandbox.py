@@ -116,16 +116,12 @@ class Sandbox:
     def _running_child(self) -> subprocess.Popen[bytes]:
         """Returns the child; starts one if none is running."""
         if self._child is None or self._child.poll() is not None:
-            self._child = self._start_child()
+            inherited = {key: os.environ[key] for key in ("SYSTEMROOT",) if key in os.environ}  # Windows needs it
+            environment, pipe = inherited | child_environment(), subprocess.PIPE
+            self._child = subprocess.Popen(
+                self._command, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, env=environment
+            )  # fmt: skip
         return self._child
-
-    def _start_child(self) -> subprocess.Popen[bytes]:
-        inherited = {key: os.environ[key] for key in ("SYSTEMROOT",) if key in os.environ}  # Windows needs it
-        return subprocess.Popen(
-            self._command,
-            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
-            env=inherited | child_environment(),
-        )  # fmt: skip
 
     def _end(self) -> None:
         child, self._child = self._child, None

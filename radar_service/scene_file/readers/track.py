@@ -98,8 +98,7 @@ def _positions(columns: dict[str, Floats], lines: list[int], location: str, orig
     if invalid.size:
         k = int(invalid[0])
         raise SceneError(
-            f"{location}, line {lines[k]}: latitude {latitude[k]:g}, longitude {longitude[k]:g} is not allowed; -90 to "
-            "90 and "
+            f"{location}, line {lines[k]}: latitude {latitude[k]:g}, longitude {longitude[k]:g} is not allowed; -90 to 90 and "
             "-180 to 180 degrees: correct the row"
         )
     return map_from_geographic(latitude, longitude, origin)

@@ -1,1 +1,1 @@
-"""From spokes to the queues of clients: hub, encoder, delays, truth."""
+"""From spokes to the queues of clients: encoder, hub, delays."""

@@ -1,4 +1,4 @@
-"""One producer, many clients: a bounded queue for each client, one encoding for each view, a bounded history.
+"""The feed as a sink: one producer, many clients; one encoding for each view, a bounded queue for each client, a history.
 
 The rules; each can be tested without a socket:
 1. A batch is encoded once for each view. Clients with equal views share the bytes.
@@ -16,12 +16,17 @@ An owner of views is the address of the machine that clients come from.
 import asyncio
 import contextlib
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Mapping, Set
+from collections.abc import Callable, Coroutine, Iterable, Mapping, Set
 from dataclasses import dataclass, replace
+from functools import reduce
+from operator import or_
+from typing import Any
 
+from radar_service.records import SourceRequest
 from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.fanout.client_queue import FLUSH, FULL, TOO_SLOW, ClientQueue, QueueItem, gap
 from radar_service.service.feed_request import Mode, View
+from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 
 PATIENCE = 10.0  # s that a lossless client may delay the simulation
 WINDOW = 10.0  # s over which a client is judged
@@ -30,6 +35,7 @@ MAX_OWN_VIEWS = 8  # of one address, not counting those that clients of other ad
 MAX_VIEWS = 16  # each costs the producer an encoding
 MAX_CLIENTS = 500
 DRAIN: Mapping[Mode, float] = {"live": 2.0, "lossless": PATIENCE}  # s to take what waits before a `bye`
+STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take it when the server stops
 HISTORY_BYTES = 4 * 2**20  # per view: 14 s of 1 KiB spokes at 24 rpm and 720 azimuths
 LINGER = 30.0  # s that a view without clients is still encoded, so that a client that reconnects misses nothing
 
@@ -365,3 +371,77 @@ class Hub:
 
 def _not_encoded(view: View, batch: EncodedBatch) -> QueueItem:
     return gap(CODECS[view.codec], batch.epoch, batch.first, batch.count, "encoded before this view was requested")
+
+
+class FeedEncoder:
+    """The sink that encodes spokes for the clients of a hub. Runs in the transmitter's thread; a call returns when the hub has
+    done it. `start` comes first and is called on the hub's event loop.
+    """
+
+    def __init__(self, hub: Hub, radar_info: Callable[[Epoch], RadarInfo], clock: Callable[[], float]) -> None:
+        """radar_info: describes the radar in an epoch for a hello; it is called on the event loop."""
+        self._hub, self._radar_info, self._clock = hub, radar_info, clock
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._timings: dict[str, tuple[int, float]] = {}
+        self._answered: tuple[View, ...] = ()  # those whose sources the next spokes tell
+        self._last = -1  # the highest number that a spoke of this epoch has had since the start of the simulation
+
+    @property
+    def timings(self) -> Mapping[str, tuple[int, float]]:
+        """Number of encoded batches, and the time that they took [s], by encoding."""
+        return dict(self._timings)
+
+    def start(self) -> None:
+        """Remembers the running event loop."""
+        self._loop = asyncio.get_running_loop()
+
+    def requested(self) -> SourceRequest:
+        """Returns what clients need of the sources of the next spokes. Those who join later get the spokes after these."""
+        self._answered = self._hub.views
+        return reduce(or_, (view.sources for view in self._answered), SourceRequest())
+
+    def open_epoch(self, radar: RadarInfo) -> None:
+        """Begins an epoch."""
+
+        def hello(view: View, mode: Mode) -> bytes:
+            return CODECS[view.codec].hello(self._radar_info(radar.epoch), view, mode)
+
+        self._last = -1
+        period = radar.epoch.info.radar.spoke_period
+        self._call(lambda: self._hub.open_epoch(radar.epoch.name, hello, period))
+
+    def send(self, batch: SpokeBatch) -> None:
+        """Encodes a batch for each view; returns when it is queued for every client, for lossless ones too."""
+        rises = batch.block.first > self._last
+        self._last = max(self._last, batch.block.first + len(batch) - 1)
+        views = [view for view in self._hub.views if self._is_answered(view) and (rises or not CODECS[view.codec].rising)]
+        data = {view: self._encoded(batch, view) for view in views}
+        self._on_loop(self._hub.publish(EncodedBatch(batch.epoch.name, batch.first, len(batch), data)))
+
+    def skip(self, epoch: str, first: int, count: int, reason: str) -> None:
+        """Announces spokes that will never come."""
+        self._call(lambda: self._hub.skip(epoch, first, count, reason))
+
+    def close(self, reason: str) -> None:
+        """Ends the feed until another epoch opens; returns when the clients have left, or their time to read is over."""
+        self._on_loop(self._hub.finish(f"the radar has stopped: {reason}"))
+
+    def _is_answered(self, view: View) -> bool:
+        return view in self._answered or not view.sources
+
+    def _encoded(self, batch: SpokeBatch, view: View) -> bytes:
+        began = self._clock()
+        data = CODECS[view.codec].spokes(batch, view)
+        count, seconds = self._timings.get(view.encoding, (0, 0.0))
+        self._timings[view.encoding] = count + 1, seconds + self._clock() - began
+        return data
+
+    def _call(self, function: Callable[[], None]) -> None:
+        async def call() -> None:
+            function()
+
+        self._on_loop(call())
+
+    def _on_loop(self, call: Coroutine[Any, Any, None]) -> None:
+        assert self._loop is not None, "start() comes first"
+        asyncio.run_coroutine_threadsafe(call, self._loop).result()

@@ -15,8 +15,8 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any, NamedTuple, Protocol
 
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.pacer import GroupClock
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.spoke_source import Commanded
 from radar_service.world import Command, CommandError
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from typing_extensions import override
 
-from radar_service.numerics import Floats, Indices, Singles
+from radar_service.numerics import Indices, Singles
 from radar_service.records import OwnShipTruth, Readings, SpokeBlock
 from radar_service.scene_file.model.errors import MAX_LATENCY_S
 from radar_service.service.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
@@ -46,11 +46,8 @@ class ReadingsHistory:
             order = np.argsort(self._number, kind="stable")
             kept = order[np.count_nonzero(self._number == NEVER) :]
             rows = kept[np.maximum(np.searchsorted(self._number[kept], number, side="right") - 1, 0)]
-        return _readings(self._table[rows])
-
-
-def _readings(table: Floats) -> Readings:
-    return Readings(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])
+        table = self._table[rows]
+        return Readings(table[:, 0], table[:, 1], table[:, 2:4], table[:, 4], table[:, 5])
 
 
 if TYPE_CHECKING:

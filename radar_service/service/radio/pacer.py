@@ -1,16 +1,24 @@
-"""The run control of a transmitter, and the wait until spokes are due."""
+"""The run control of a transmitter, the wait until spokes are due, and the clock that all radars of a group share.
+
+Pace, pause, steps and the schedule act on all radars of a group together:
+- Pause: radars that are behind follow up to the newest time that any of them has sent, so that all stop at one time.
+- Steps count the spokes of the radar that was asked; the others follow in the same way.
+- Run: no radar begins a spoke more than MAX_LEAD of simulated time before the next spoke of another one, at any pace.
+- Another scene: `restart` ends the time of the running one; each radar begins the new one when it takes over.
+"""
 
 import math
+import threading
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radar_service.numerics import Floats
-from radar_service.service.radio.group_clock import GroupClock
 from radar_service.service.radio.pacing import Schedule
 from radar_service.service.settings import Pace, Settings
 
+MAX_LEAD = 0.25  # s of simulated time: some batches, so that radars need not wait for each other at each spoke
 MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
 
 
@@ -33,11 +41,83 @@ class RunControl:
         return max(1, min(most, self.steps or most, within))
 
 
+class GroupClock:
+    """What the pacers of a group share. `changed` guards it and them.
+
+    may_command: a condition of the same lock, for what the command worker waits for.
+    schedule: of simulated time on the wall clock; version: changes with every change; front: newest time sent [s];
+    generation: counts the restarts.
+    """
+
+    def __init__(self) -> None:
+        lock = threading.RLock()
+        self.changed, self.may_command = threading.Condition(lock), threading.Condition(lock)
+        self.schedule = Schedule()
+        self.version = self.generation = 0
+        self.front = -math.inf
+        self._members: list[Pacer] = []
+
+    @property
+    def held(self) -> bool:
+        """Whether a radar holds all of them."""
+        return any(member.holds for member in self._members if member.is_active)
+
+    def join(self, member: "Pacer") -> None:
+        """Adds a radar."""
+        with self.changed:
+            self._members.append(member)
+
+    def leave(self, member: "Pacer") -> None:
+        """Removes a radar: the others wait for it no longer."""
+        with self.changed:
+            self._members.remove(member)
+            self.notify()
+
+    def set_pace(self, pace: Pace) -> None:
+        """Lets all radars take over a pace; with `changed` held."""
+        self.schedule.restart()
+        for member in self._members:
+            member.adopt(pace)
+
+    def may_begin(self, time: float, member: "Pacer") -> bool:
+        """Whether a radar may begin a spoke of this time [s]; with `changed` held."""
+        others = (other.next for other in self._members if other is not member and other.is_active)
+        return time <= min(others, default=math.inf) + MAX_LEAD
+
+    def sent(self, now: float, time: float) -> None:
+        """Counts a spoke of this time [s] as sent at `now` [s]; with `changed` held."""
+        self.schedule.sent(now, time)
+        self.front = max(self.front, time)
+        if len(self._members) > 1:
+            self.changed.notify_all()
+
+    def restart(self) -> None:
+        """Ends the time of the running scene: until a radar begins the next one nothing that it sends is due or counts."""
+        with self.changed:
+            self.generation += 1
+            self.front = -math.inf
+            self.schedule.restart()
+            for member in self._members:
+                member.next = 0.0
+            self.notify()
+
+    def let_command(self) -> None:
+        """Lets the command worker see whether it may carry out commands now."""
+        with self.changed:
+            self.may_command.notify_all()
+
+    def notify(self) -> None:
+        """Ends the present waits, because something has changed; with `changed` held."""
+        self.version += 1
+        self.changed.notify_all()
+
+
 class Pacer:
     """Settings and steps of one transmitter on the clock of its group. Changes come from any thread; its own thread waits.
 
     The clock's `changed` guards everything here. `settings` is immutable and replaced whole, so it may be read without it.
-    holds: whether nothing is due, whatever the settings say, until `release`; next, is_active: as the clock has them.
+    holds: whether nothing is due, whatever the settings say, until `release`; next: the time that its next spoke has at
+    least [s]; is_active: whether the clock counts it.
     waiting: whether its thread waits until spokes are due.
     """
 
@@ -53,11 +133,6 @@ class Pacer:
         self._clock = clock
         self._changed = self.group_clock.changed
         self.group_clock.join(self)
-
-    @property
-    def schedule(self) -> Schedule:
-        """The schedule of the group."""
-        return self.group_clock.schedule
 
     @property
     def held(self) -> bool:
@@ -185,10 +260,10 @@ class Pacer:
             return math.inf
         return self.group_clock.schedule.delay(self._clock(), last, pace.factor)
 
-    def wait_for(self, condition: Callable[[], bool], timeout: float | None = None) -> None:
-        """Waits until `condition` holds or the radar stops, at most `timeout` [s]."""
+    def wait_for(self, condition: Callable[[], bool]) -> None:
+        """Waits until `condition` holds or the radar stops."""
         with self._changed:
-            self._changed.wait_for(lambda: condition() or self.stopping, timeout)
+            self._changed.wait_for(lambda: condition() or self.stopping)
 
     def sent(self, time: float) -> None:
         """Counts the spoke of this simulated time [s] as sent."""

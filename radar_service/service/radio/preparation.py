@@ -7,8 +7,9 @@ from functools import partial
 
 from radar_service.processes.call import Progress
 from radar_service.service.jobs import JobQueue, WatchedJob
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
+from radar_service.service.radio.scene_process import SpokeWorker, end, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world import Command, SceneOutline
 
 Others = Callable[[SceneOutline], Mapping[str, SceneRequest]]
@@ -53,7 +54,7 @@ class Preparations:
                     name, note = missing[0], lambda scene: requests.update(others(scene))
                     workers[name] = _worker(kept.get(name), partial(make, requests[name]), note, progress, begin)
                     on_failure.callback(workers[name].stop)
-                progress.ends_with(partial(_stop, workers))  # a cancelled job returns none of them
+                progress.ends_with(partial(end, workers))  # a cancelled job returns none of them
                 on_failure.pop_all()
             return workers
 
@@ -112,11 +113,6 @@ def _worker(
     except BaseException:
         spoke_source.close()
         raise
-
-
-def _stop(workers: Mapping[str, SpokeWorker]) -> None:
-    for worker in workers.values():
-        worker.stop()
 
 
 def _first_spokes(spoke_source: SceneSpokeSource, progress: Progress, begin: Begin) -> SpokeWorker:

@@ -1,11 +1,11 @@
 """The radars of one group, which have one scene: they share a clock, and another scene brings radars of its own."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 
 from radar_service.radar import FIRST_ID
 from radar_service.service.radio.command_worker import CommandWorker
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.pacer import GroupClock
+from radar_service.service.radio.scene_process import SpokeWorker, end
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.spokes import new_epoch_name
 from radar_service.world import SceneOutline
@@ -61,7 +61,7 @@ class RadarGroup:
         Spoke sources of a request before the last one that was met are ended: as if that request had been met before.
         """
         if stopping or request < self._last_met:
-            end(list(workers.values()))
+            end(workers)
             return {name: new_epoch_name() for name in workers}
         self._last_met = request
         before, self._transmitters = self._transmitters, {}
@@ -74,9 +74,3 @@ class RadarGroup:
             name: self._transmitters[name].switch_to(worker) if name in before else self._transmitters[name].epoch.name
             for name, worker in workers.items()
         }
-
-
-def end(workers: Sequence[SpokeWorker]) -> None:
-    """Ends prepared spoke sources that nobody needs."""
-    for worker in workers:
-        worker.stop()

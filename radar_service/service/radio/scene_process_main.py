@@ -1,9 +1,10 @@
 """The process of one running scene: loads it, prepares it, computes its spokes, and ends with it.
 
 It sends on `control`: ("stage", text) while it prepares, then ("ready", SpokeSourceInfo) or ("refused", exception), then its
-spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question of ANSWERS. An order to run, as (scan,
-size, commands), arrives on `data`, and further commands and requests after it; from then on it sends (fields of a block, number
-of trees) there, a MeasuredPlan that comes later, a NewSpare where its spare has died, and at last the text of a fault.
+spare (see spare.py), and afterwards one (whether it succeeded, answer) for each question. Questions, commands and requests are
+calls of its simulator, as (method, arguments). An order to run, as (scan, size, commands), arrives on `data`, and commands and
+requests after it; from then on it sends (fields of a block, number of trees) there, a MeasuredPlan that comes later, a NewSpare
+where its spare has died, and at last the text of a fault.
 """
 
 import contextlib
@@ -11,25 +12,23 @@ import gc
 import math
 import os
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from time import monotonic
-from typing import Any, NoReturn
+from typing import NoReturn
 
 from radar_service.numerics import BLAS_LIMIT
 from radar_service.processes.channel import CAN_FORK, Channel, portable
 from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
 from radar_service.radar import Radar
-from radar_service.records import SourceRequest
 from radar_service.scene_file.document import model_and_folder, model_at_range
 from radar_service.scene_file.load import scene_from_model
 from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
-from radar_service.service.radio.plan_child import MeasuredPlan, PlanChild
-from radar_service.service.radio.spare import Spares, SpareTakesOver
+from radar_service.service.radio.spare import MeasuredPlan, PlanChild, Spares, SpareTakesOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
-from radar_service.world import Command, Scene, SceneError, scene_at_rpm
+from radar_service.world import Scene, SceneError, scene_at_rpm
 
 TREES_SECONDS = 1.0  # between two counts of the trees: ten thousand take a millisecond
 
@@ -162,35 +161,23 @@ def _obey(data: Channel, simulator: ProcessSimulator, commanding: threading.Lock
     """Carries out the commands and requests that arrive. commanding: held meanwhile."""
     with contextlib.suppress(OSError, EOFError):  # the service is gone: the thread that computes finds out, too
         while True:
-            message: Command | tuple[SourceRequest, int | None] = data.receive()
+            method, arguments = data.receive()
             with commanding:
-                if isinstance(message, Command):
-                    simulator.take(message)
-                else:
-                    request, spoke = message
-                    simulator.request_sources(request.labels, request.powers, spoke)
+                getattr(simulator, method)(*arguments)
 
 
 def _answer_on(control: Channel, simulators: Sequence[ProcessSimulator], answering: threading.Lock) -> None:
     threading.Thread(target=_answer, args=(control, simulators, answering), name="truth", daemon=True).start()
 
 
-ANSWERS: dict[str, Callable[[ProcessSimulator, Any], Any]] = {
-    "truth": lambda simulator, time: simulator.truth(time),
-    "ship_states": lambda simulator, times_and_names: simulator.ship_states(*times_and_names),
-    "truth_lines": lambda simulator, scan: simulator.truth_lines(scan),
-    "radiometric_lines": lambda simulator, scan: simulator.truth_lines(scan, radiometric=True),
-}
-
-
 def _answer(control: Channel, simulators: Sequence[ProcessSimulator], answering: threading.Lock) -> NoReturn:
     """Answers questions; ends the process, also while it prepares, when the service is gone."""
     try:
         while True:
-            question, argument = control.receive()
+            method, arguments = control.receive()
             with answering:
                 try:
-                    control.send((True, ANSWERS[question](simulators[0], argument)))
+                    control.send((True, getattr(simulators[0], method)(*arguments)))
                 except Exception as error:  # as above
                     control.send((False, f"{type(error).__name__}: {error}"))
     finally:

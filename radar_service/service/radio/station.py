@@ -15,18 +15,16 @@ from typing import Any
 from radar_service.records import SourceRequest, Truth
 from radar_service.service.controls import changed_request, changed_settings, controls_state, needs_new_spoke_source
 from radar_service.service.fanout.client_queue import ClientQueue
-from radar_service.service.fanout.feed_encoder import FeedEncoder
-from radar_service.service.fanout.hub import DRAIN, FeedRefused, Hub
-from radar_service.service.feed_request import Mode
+from radar_service.service.fanout.hub import DRAIN, STOP_DRAIN, FeedEncoder, FeedRefused, Hub
 from radar_service.service.logs import log_event
 from radar_service.service.radio.error_stage import ErrorStage
 from radar_service.service.radio.last_scan import CorrelationStage, LastScan
-from radar_service.service.radio.prefetch import SpokeWorker
 from radar_service.service.radio.preparation import Preparations
 from radar_service.service.radio.radar_group import RadarGroup
 from radar_service.service.radio.radio_state import RESTARTS
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.transmitter import STOPPING, SceneChanged, Transmitter
-from radar_service.service.radio.truth_stream import Follower, TruthStream
+from radar_service.service.radio.truth_stream import FeedTruth, Follower, TruthStream
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeSink
@@ -34,7 +32,6 @@ from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world import SceneError, SceneOutline
 
 NOTHING = SourceRequest()
-STOP_DRAIN: Mapping[Mode, float] = {"live": 0.5, "lossless": 0.5}  # s for clients to take what waits when the server stops
 LEAVE_TIMEOUT = 0.6  # s for clients to take what waits and their bye; then the server closes their connections
 MAX_LEADS = 64.0  # a minute: a spoke source that takes longer for its first spokes does not keep pace
 LOOK = 0.05  # s between two looks at whether another scene has begun
@@ -46,7 +43,7 @@ class Station:
 
     group: the radars that share its clock and its scene.
     hub: its clients.
-    feed: encodes for them.
+    feed: encodes for them; feed_truth: tells them the truth.
     last_scan: for pictures.
     errors: on purpose; the feed, the last scan and other sinks receive what it passes on.
     sensor_laws: of own ship, in force at a spoke; of a replay those of the recorded run.
@@ -78,8 +75,8 @@ class Station:
         self.hub = Hub(clock)
         self.last_scan = LastScan(spoke_source)
         self._truths = ThreadPoolExecutor(1, thread_name_prefix="truth")
-        self.feed = FeedEncoder(self.hub, self._truths, self.radar_info, clock)
-        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.last_scan, *sinks))])
+        self.feed, self.feed_truth = FeedEncoder(self.hub, self.radar_info, clock), FeedTruth(self.hub, self._truths)
+        self.errors = ErrorStage(spoke_source, [CorrelationStage((self.feed, self.feed_truth, self.last_scan, *sinks))])
         self.sensor_laws = self.errors.laws_at
         self.truth_stream = TruthStream(spoke_source, self._truths, self.errors.completed)
         sinks = (self.errors, self.truth_stream)
@@ -118,6 +115,7 @@ class Station:
     async def start(self) -> None:
         """Starts to compute and to send, and to take clients."""
         self.feed.start()
+        self.feed_truth.start()
         self.truth_stream.start()
         await asyncio.to_thread(self.transmitter.start)
 
@@ -129,7 +127,7 @@ class Station:
         await asyncio.to_thread(self.transmitter.stop, STOP_TIMEOUT, reason)
         if self.end:  # the service goes on: its ports are told, and clients are waited for
             await asyncio.to_thread(self.errors.close, reason)
-        self.feed.stop()
+        self.feed_truth.stop()
         self._truths.shutdown(wait=False, cancel_futures=True)
         await self.hub.emptied(LEAVE_TIMEOUT)
 

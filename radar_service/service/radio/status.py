@@ -38,7 +38,7 @@ def is_ready(station: Station) -> bool:
 def health(station: Station) -> dict[str, Any]:
     """Returns the health of a radar as plain data."""
     transmitter, hub = station.transmitter, station.hub
-    schedule = transmitter.pacer.schedule
+    schedule = transmitter.pacer.group_clock.schedule
     return {
         "id": station.identity,
         "state": state(station),

@@ -9,13 +9,13 @@ from datetime import datetime
 from radar_service.records import SourceRequest
 from radar_service.service.radio import radio_state as radio
 from radar_service.service.radio.command_worker import CommandQueue, CommandWorker, Steered
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.pacer import Pacer
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
+from radar_service.service.radio.pacer import GroupClock, Pacer
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import MakeSpokeSource, SceneSpokeSource
 from radar_service.service.settings import Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SinkGroup, SpokeBatch, SpokeSink, new_epoch_name, whole_second
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world import Command
 
 STOPPING = "the server is stopping"

@@ -9,9 +9,10 @@ from dataclasses import replace
 from typing import Any
 
 from radar_service.processes.call import Progress
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker, prepared
+from radar_service.service.radio.scene_process import SpokeWorker, prepared
 from radar_service.service.scene_request import MakeSpokeSource, SceneRequest, SceneSpokeSource, Spared
 from radar_service.service.spokes import new_epoch_name
+from radar_service.spoke_source import SpokeSourceFault
 
 SPARE_TIMEOUT = 5.0  # s that a spare may take to its first spokes; it takes a tenth
 

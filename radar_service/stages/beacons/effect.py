@@ -146,7 +146,15 @@ class BeaconEffect(Effect):
         return [text for text in texts if text]
 
     def body_text(self, body: Body, radar: Radar) -> str:
-        return _beacon_text(body.effects[self.name], radar)
+        beacon: Beacon = body.effects[self.name]
+        if not beacon.receives(radar.frequency, radar.pulse):
+            return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
+        what = f"{SART_CYCLES} cycles of sweeps, dots {DOT_SPACING:.0f} m apart"
+        if isinstance(beacon, Racon):
+            carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
+            silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
+            what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
+        return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"
 
     def sources_of(self, scene: "Scene") -> Sequence[Source]:
         kinds = {beacon.kind for beacon in self.of_bodies(scene).values()}
@@ -180,15 +188,3 @@ def _remedy(beacon: Beacon, installations: Sequence[Installation]) -> str:
     if any(low <= each.radar.frequency <= high for each in installations for low, high in beacon.listens):
         return "raise max_pulse_s or shorten the radar's pulse"
     return "give the radar such a frequency_hz" + ("" if isinstance(beacon, Sart) else ' or the racon band = "both"')
-
-
-def _beacon_text(beacon: Beacon, radar: Radar) -> str:
-    """What answers this radar from a body, and from how far at boresight in free space."""
-    if not beacon.receives(radar.frequency, radar.pulse):
-        return f"{beacon.kind}: not triggered by this radar, whose carrier or pulse it does not take"
-    what = f"{SART_CYCLES} cycles of sweeps, dots {DOT_SPACING:.0f} m apart"
-    if isinstance(beacon, Racon):
-        carrier = "agile" if beacon.sweep is None else f"one sweep in {beacon.sweep:g} s"
-        silent = f", {beacon.on:g} s on and {beacon.off:g} s off" if beacon.off else ""
-        what = f'"{beacon.letters}", dots of {beacon.dot * SPEED_OF_LIGHT / 2.0:.0f} m, {carrier}{silent}'
-    return f"{beacon.kind}: {what}; triggered within {beacon.triggering_range(radar) / 1000.0:.3g} km in free space"

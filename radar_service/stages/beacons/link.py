@@ -3,13 +3,19 @@
 Both ways have the same gain, loss, multipath and attenuation. Half of the radar's loss in dB counts each way.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from radar_service.numerics import SPEED_OF_LIGHT, Flags, Floats, effective_earth_radius, polar_from_map, turned, wrap_angle
-from radar_service.propagation import LandBefore, diffraction_height, elevation_gain, local_attenuation, radar_two_rays
-from radar_service.propagation.radar_equation import attenuation
+from radar_service.propagation import (
+    LandBefore,
+    attenuation,
+    diffraction_height,
+    elevation_gain,
+    local_attenuation,
+    radar_two_rays,
+)
 from radar_service.stages.beacons.beacon import Beacon
 from radar_service.stages.points import in_sight
 from radar_service.stages.registry import changed_pattern
@@ -17,8 +23,7 @@ from radar_service.trace import OcclusionScene
 from radar_service.world import Scene, SightLines
 
 
-@dataclass(frozen=True)
-class Link:
+class Link(NamedTuple):
     """The link at times (K,).
 
     range: slant range [m].
@@ -54,8 +59,7 @@ class BeaconLink:
         """The link at times (K,) [s], whatever hides one end from the other but the sea in `multipath`."""
         if not self._rests:
             return self._at(time)
-        steady, count = self._at(time[:1]), len(time)
-        return Link(np.repeat(steady.range, count), np.repeat(steady.azimuth, count), np.repeat(steady.transfer, count))
+        return Link(*(np.repeat(column, len(time)) for column in self._at(time[:1])))
 
     def _at(self, time: Floats) -> Link:
         scene, radar = self._scene, self._scene.radar

@@ -190,8 +190,8 @@ class BeaconStage(Stage):
         )
         if len(deaf) == len(beacons):
             return [PlanItem("beacons", False, how)]
-        left_out = 1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE
-        error = 10.0 * math.log10(left_out) if scene.environment.noise else None
+        omitted = 1.0 + (len(beacons) - len(deaf)) * MIN_ANSWER_TO_NOISE
+        error = 10.0 * math.log10(omitted) if scene.environment.noise else None
         return [PlanItem("beacons", True, how, error, microseconds=microseconds)]
 
     @classmethod

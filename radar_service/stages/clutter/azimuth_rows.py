@@ -87,20 +87,6 @@ class AzimuthRowCache:
         return row // self.rows_per_scan * self._per_scan + row % self.rows_per_scan // CHUNK
 
 
-class StaticAzimuthRows:
-    """Azimuth rows that are the same in every scan, with the interface of `AzimuthRowCache`."""
-
-    def __init__(self, rows: Rows) -> None:
-        """rows: (rows per scan, N), row 0 points north."""
-        self.rows_per_scan, self._twice = len(rows), np.concatenate([rows, rows])
-
-    def span(self, first: int, stop: int) -> Rows:
-        """Rows first to stop (exclusive), (stop - first, N), read only."""
-        begin = first % self.rows_per_scan
-        end = begin + stop - first
-        return self._twice[begin:end] if end <= len(self._twice) else self._twice.take(range(begin, end), 0, mode="wrap")
-
-
 class BeamWeights:
     """Weights of the beam on azimuth rows, for each azimuth of a scan; computed once per index."""
 

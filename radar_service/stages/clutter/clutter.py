@@ -13,10 +13,10 @@ import numpy as np
 from radar_service.numerics import Flags, Floats, Gain, Indices, Singles
 from radar_service.propagation import elevation_gain
 from radar_service.radar import horizon
-from radar_service.receive import Compression, receiver_noise_power, square_law
+from radar_service.receive import Compression, receiver_noise_power
+from radar_service.records import square_law
 from radar_service.stages.clutter.azimuth_rows import AzimuthRowCache, BeamWeights, changing_beam, weight_rows
-from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA
-from radar_service.stages.clutter.rain_cell import RainCells
+from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, SEA, RainCells
 from radar_service.stages.clutter.resolution_cell import (
     MIN_CLUTTER_TO_NOISE,
     TWO_WAY_EXTENT,

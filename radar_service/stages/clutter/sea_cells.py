@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from radar_service.numerics import Flags, Floats, Indices, ResultCache, Singles, wrap_angle
-from radar_service.stages.clutter.azimuth_rows import BLOCK, AzimuthRowCache, StaticAzimuthRows
+from radar_service.stages.clutter.azimuth_rows import BLOCK, AzimuthRowCache
 from radar_service.stages.clutter.sea import wind_factor
 from radar_service.trace import OcclusionScene, ShadowSectors
 from radar_service.world import Scene
@@ -63,9 +63,8 @@ class ShadowSweeps(NamedTuple):
 class SeaCells:
     """Factor on the sea's mean power in each cell: 0 in shadow or on land, else `wind_factor`.
 
-    Rows divide the circle evenly; row 0 points north. Where antenna and bodies are at rest all rows are computed once. Else each
-    row is computed when the beam points at it, once per scan: the shadows of bodies at rest for a moving antenna, and those of
-    moving bodies.
+    Rows divide the circle evenly; row 0 points north. Shadows of bodies at rest are computed once for an antenna at rest. All
+    others are computed when the beam points at a row, once per scan.
     """
 
     def __init__(
@@ -85,12 +84,10 @@ class SeaCells:
         self._outward = np.stack([np.sin(self._azimuth), np.cos(self._azimuth)], axis=1)
         self._sweeps: ResultCache[int, ShadowSweeps] = ResultCache(KEPT_SCANS, scene.revision)
         self._open = self._open_sea()
-        movers = len(line_of_sight.moving_shadow_sectors(self._antenna(0.0), 0.0).middle)
         if self._rests:
-            self._shadow_all_round()
-        static = self._rests and not movers
-        cached = AzimuthRowCache(rows_per_scan, self._computed, revision=scene.revision)
-        self.rows = StaticAzimuthRows(self._open) if static else cached
+            for start in range(0, rows_per_scan, BLOCK):
+                self._shadow_by_rest(self._open[start : start + BLOCK], start, self._antenna(0.0))
+        self.rows = AzimuthRowCache(rows_per_scan, self._computed, revision=scene.revision)
 
     def _open_sea(self) -> Singles:
         """Factors (rows, cells) of the full circle without shadows."""
@@ -100,12 +97,6 @@ class SeaCells:
             factor[start : start + BLOCK] = wind_factor(off_wind[:, None], self._point.grazing, self.scene.radar.wavelength)
         factor[:, self._point.grazing <= 0.0] = 0.0
         return factor
-
-    def _shadow_all_round(self) -> None:
-        """Applies the shadows of bodies at rest to all rows, for an antenna at rest."""
-        for start in range(0, self.rows_per_scan, BLOCK):
-            stop = min(start + BLOCK, self.rows_per_scan)
-            self._shadow_by_rest(self._open[start:stop], start, self._antenna(0.0))
 
     def _computed(self, scan: int, start: int, stop: int) -> Singles:
         """Factors (stop - start, cells) of some rows at the time when the beam passes the middle one."""

@@ -7,8 +7,7 @@ from typing import Any, Self
 from radar_service.receive import compression_for
 from radar_service.records import Fidelity, PlanItem
 from radar_service.stages.clutter.clutter import RAIN_HEIGHT, RAYS, Clutter, prepare_clutter
-from radar_service.stages.clutter.effect import RAIN_CELL, TEXTURE_SHAPE
-from radar_service.stages.clutter.rain_cell import RainCells
+from radar_service.stages.clutter.effect import RAIN_CELL, TEXTURE_SHAPE, RainCells
 from radar_service.stages.clutter.resolution_cell import MIN_CLUTTER_TO_NOISE, resolution_cell
 from radar_service.stages.clutter.sea import MAX_MEASURED_STATE, beyond_measured_shapes
 from radar_service.stages.effect import EffectTruth

@@ -124,18 +124,13 @@ class LitStructure:
 
 
 @lru_cache(maxsize=8)
-def reflectors(
-    aperture: Aperture, wavelength: float, structures: tuple[Structure, ...], polarization: str
-) -> tuple[LitStructure, ...]:
-    """The structures that reflect."""
-    return tuple(LitStructure(each, aperture, wavelength, polarization) for each in structures if each.reflection > 0.0)
-
-
 def structure_reflectors(radar: Radar) -> tuple[LitStructure, ...]:
     """The structures of a radar's ship that reflect."""
-    structures = radar.effects.get("structures", ())
-    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if structures else None
-    return () if aperture is None else reflectors(aperture, radar.wavelength, structures, radar.polarization)
+    reflecting = [each for each in radar.effects.get("structures", ()) if each.reflection > 0.0]
+    aperture = aperture_of(radar.pattern, radar.beamwidth, radar.wavelength) if reflecting else None
+    if aperture is None:
+        return ()
+    return tuple(LitStructure(each, aperture, radar.wavelength, radar.polarization) for each in reflecting)
 
 
 class IndirectPaths:

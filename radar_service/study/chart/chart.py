@@ -7,29 +7,27 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
-from radar_service.batch.jobs import Executor, Job, run
-from radar_service.numerics import Floats
-from radar_service.numerics.arithmetic import arithmetic
-from radar_service.study.chart.field_panel import FLOOR_DB, field_points, step_count, workload_of
+from radar_service.batch.jobs import Executor, Job, Progress, run
+from radar_service.numerics import Floats, arithmetic
+from radar_service.study.chart.field_panel import FLOOR_DB, field_points, workload_of
 from radar_service.study.chart.figure import Panel, chart_figure, summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, frozen, occlusion_of, only_diffuse
-from radar_service.study.chart.point import Point, pareto
-from radar_service.study.chart.power_panel import power_points, samplers, target_windows
+from radar_service.study.chart.point import Point, drawn_points, pareto
+from radar_service.study.chart.power_panel import samplers, target_windows
 from radar_service.study.chart.reference_surface import ReferenceSurface, Window
-from radar_service.study.chart.scattering_panel import MODELS, scattering_points
+from radar_service.study.chart.scattering_panel import scattering_points
 from radar_service.study.chart.signal_chain import methods
 from radar_service.study.plotting import png_bytes, svg_text
+from radar_service.terminal import progress as shown
 from radar_service.terminal import write_file
 from radar_service.world import Scene, SceneError
 
-Result = TypeVar("Result")
 PanelResult = tuple[list[Point], dict[str, Any]]  # its points, and facts for chart.json
-MeasurePanel = Callable[[Scene, int, "Effort", bool], PanelResult]
+MeasurePanel = Callable[[Scene, int, "Effort"], PanelResult]
 CONVERGED = 0.05 * np.log(10.0) / 10.0  # 0.05 dB
 MAX_REFINEMENTS = 3  # of the lattice of rays on a target
 MIN_POWER = 1e-300  # W
@@ -96,18 +94,19 @@ class Chart:
 
 
 def measure(
-    scene: Scene, seed: int = 0, effort: Effort = FULL, progress: bool = False, executor: Executor | None = None
-) -> Chart:
-    """Returns the chart of all methods on a scene; `progress` shows bars on a terminal.
+    scene: Scene, seed: int = 0, effort: Effort = FULL, executor: Executor | None = None,
+    progress: Progress = lambda outcomes, count: outcomes,
+) -> Chart:  # fmt: skip
+    """Returns the chart of all methods on a scene.
 
-    executor: of the panels, as `batch.jobs.run`; times are those of the machine that measures a panel. Raises SceneError if the
-    scene has nothing to compare, and JobsFailed.
+    executor, progress: of the panels, as `batch.jobs.run`; times are those of the machine that measures a panel. Raises
+    SceneError if the scene has nothing to compare, and JobsFailed.
     """
     points: list[Point] = []
     facts: dict[str, Any] = {"seed": seed}
     for panels in ((_field, _power), (_scattering,)):
-        jobs = [Job(panel.__name__, (panel, scene, seed, effort, progress and executor is None)) for panel in panels]
-        for panel_points, panel_facts in run(_measured, jobs, executor):
+        jobs = [Job(f"{panel.__name__[1:]} panel", (panel, scene, seed, effort)) for panel in panels]
+        for panel_points, panel_facts in run(_measured, jobs, executor, progress=progress):
             points += panel_points
             facts |= panel_facts
         if not points:
@@ -118,83 +117,60 @@ def measure(
     return Chart(scene, tuple(points), facts)
 
 
-def _measured(panel: MeasurePanel, scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+def _measured(panel: MeasurePanel, scene: Scene, seed: int, effort: Effort) -> PanelResult:
     """Measures one panel, wherever an executor has it done."""
-    return panel(scene, seed, effort, progress)
+    return panel(scene, seed, effort)
 
 
-def _field(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+def _field(scene: Scene, seed: int, effort: Effort) -> PanelResult:
     """Returns the points and facts of the signal chain, none if there is no echo."""
     scene = frozen(scene)
-    radar = scene.radar
     echoes = all_echoes(scene, seed)
-    if not np.any(echoes.range < radar.range_max):
+    if not np.any(echoes.range < scene.radar.range_max):
         return [], {}
-    workload, chain = workload_of(radar, echoes, effort.echoes, effort.blocks, seed), methods(radar)
-    points = _with_bar(
-        "signal chain", step_count(chain, effort.repeats), progress,
-        lambda done: field_points(workload, chain, effort.repeats, done, effort.seconds),
-    )  # fmt: skip
-    return points, {
+    workload = workload_of(scene.radar, echoes, effort.echoes, effort.blocks, seed)
+    return field_points(workload, methods(scene.radar), effort.repeats, effort.seconds), {
         "field_echoes": len(echoes.range),
         "field_echoes_compared": len(workload.subset.range),
         "field_spokes_compared": len(workload.scan),
     }
 
 
-def _power(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+def _power(scene: Scene, seed: int, effort: Effort) -> PanelResult:
     """Returns the points and facts of the samplers, none if there is no diffuse surface in sight."""
     scene = only_diffuse(frozen(scene))
     if not scene.bodies:
         return [], {}
     windows = target_windows(scene, all_echoes(scene, seed + 1), effort.targets)
-    truth, coarse = _with_bar(
-        "reference", len(windows), progress, lambda done: _reference_powers(scene, windows, effort.lattice, done)
-    )
+    truth, coarse = _reference_powers(scene, windows, effort.lattice)
     visible = np.flatnonzero((truth > 0.0) & (coarse > 0.0))
     if not len(visible):
         return [], {}
-    kept = [windows[k] for k in visible]
-    compared = samplers(scene, kept, occlusion_of(scene), effort.rays)
-    points = _with_bar(
-        "samplers", sum(min(effort.draws, s.draws) for s in compared), progress,
-        lambda done: power_points(compared, truth[visible], effort.draws, seed, done, effort.seconds),
-    )  # fmt: skip
+    compared = samplers(scene, [windows[k] for k in visible], occlusion_of(scene), effort.rays)
+    points = drawn_points("power", compared, truth[visible], effort.draws, seed, effort.seconds)
     uncertainty = float(np.abs(10.0 * np.log10(truth[visible] / coarse[visible])).max())
-    return points, {"power_targets": len(kept), "reference_surface_error_db": uncertainty}
+    return points, {"power_targets": len(visible), "reference_surface_error_db": uncertainty}
 
 
-def _scattering(scene: Scene, seed: int, effort: Effort, progress: bool) -> PanelResult:
+def _scattering(scene: Scene, seed: int, effort: Effort) -> PanelResult:
     """Returns the points of the scattering models."""
-    points = _with_bar(
-        "scattering models", effort.turns * MODELS, progress,
-        lambda done: scattering_points(frozen(scene), effort.turns, seed, done),
-    )  # fmt: skip
-    return points, {}
+    return scattering_points(frozen(scene), effort.turns, seed), {}
 
 
-def _reference_powers(
-    scene: Scene, windows: list[Window], lattice: tuple[int, int], done: Callable[[], object]
-) -> tuple[Floats, Floats]:
+def _reference_powers(scene: Scene, windows: list[Window], lattice: tuple[int, int]) -> tuple[Floats, Floats]:
     """Returns the mean powers (T,) [W] of the windows from a lattice of rays, and from one half as fine.
 
     The lattice is refined until the two differ by at most CONVERGED, up to MAX_REFINEMENTS times.
     """
     surface, powers = ReferenceSurface(scene), np.zeros((2, len(windows)))
-    for k, window in enumerate(windows):
+    for k, window in enumerate(shown(windows, len(windows), "windows", lambda _: "power panel, reference", within=True)):
         coarse, fine = (surface.power(window, lattice[0] >> step, lattice[1] >> step) for step in (1, 0))
         for step in range(1, MAX_REFINEMENTS + 1):
             if abs(np.log(max(fine, MIN_POWER) / max(coarse, MIN_POWER))) <= CONVERGED:
                 break
             coarse, fine = fine, surface.power(window, lattice[0] << step, lattice[1] << step)
         powers[:, k] = fine, coarse
-        done()
     return powers[0], powers[1]
-
-
-def _with_bar(title: str, total: int, progress: bool, work: Callable[[Callable[[], object]], Result]) -> Result:
-    with tqdm(total=total, desc=title, disable=None if progress else True) as bar:
-        return work(bar.update)
 
 
 def write_chart(chart: Chart, folder: Path) -> dict[str, Any]:

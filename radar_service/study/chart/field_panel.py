@@ -49,24 +49,21 @@ def workload_of(radar: Radar, echoes: Echoes, keep: int, blocks: int, seed: int)
     return Workload(radar, echoes, subset, np.concatenate(timed))
 
 
-def field_points(
-    workload: Workload, methods: Sequence[Method], repeats: int, done: Callable[[], object], budget: float = np.inf
-) -> list[Point]:
-    """Returns one point for each method; `done` is called after each step.
+def field_points(workload: Workload, methods: Sequence[Method], repeats: int, budget: float = np.inf) -> list[Point]:
+    """Returns one point for each method.
 
     Methods with a scan-wide grid are timed on the whole scan with all echoes. The others are timed on some spokes, and the
     time for one echo at one azimuth is scaled to the mean azimuth; slow methods are timed on the subset of the echoes.
     budget: CPU time [s] after which times are not repeated.
     """
-    errors = _errors(workload, methods, done)
-    times = _times(workload, methods, repeats, done, budget)
+    errors, times = _errors(workload, methods), _times(workload, methods, repeats, budget)
     return [
         Point("field", m.family, m.setting, t, m.slow, error, preset=m.preset)
         for m, t, error in zip(methods, times, errors, strict=True)
     ]
 
 
-def _errors(workload: Workload, methods: Sequence[Method], done: Callable[[], object]) -> list[float]:
+def _errors(workload: Workload, methods: Sequence[Method]) -> list[float]:
     """Returns the field error [dB] of each method; methods with the same sample ranges share one reference."""
     boresight = np.asarray(workload.scan * workload.radar.azimuth_step, dtype=np.float64)
     sampling = [(m.radar.sample_rate, m.first) for m in methods]
@@ -77,18 +74,10 @@ def _errors(workload: Workload, methods: Sequence[Method], done: Callable[[], ob
         reference = closed_form_field(workload.subset, workload.radar, boresight, sample_range)
         for k in alike:
             errors[k] = relative_db(methods[k].run(workload.subset, workload.scan), reference)
-            done()
     return errors
 
 
-def step_count(methods: Sequence[Method], repeats: int) -> int:
-    """Returns how often `field_points` calls `done`."""
-    return len(methods) + repeats * sum(1 if m.reach is None else 2 for m in methods)
-
-
-def _times(
-    workload: Workload, methods: Sequence[Method], repeats: int, done: Callable[[], object], budget: float
-) -> list[tuple[float, ...]]:
+def _times(workload: Workload, methods: Sequence[Method], repeats: int, budget: float) -> list[tuple[float, ...]]:
     """Returns the CPU times per azimuth [s] of each method, one for each repeat."""
     every, none = workload.scan, Echoes(np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.complex128))
 
@@ -97,7 +86,7 @@ def _times(
 
     busy = [task(m, workload.subset if m.slow else workload.echoes) for m in methods]
     idle = [task(m, none) for m in methods if m.reach is not None]
-    measured = time_interleaved([*busy, *idle], [repeats] * (len(busy) + len(idle)), done, budget)
+    measured = time_interleaved([*busy, *idle], [repeats] * (len(busy) + len(idle)), "field panel", budget)
     idle_times = iter(measured[len(busy) :])
     return [
         tuple(t / len(every) for t in times) if m.reach is None else _extrapolated(workload, m, times, min(next(idle_times)))

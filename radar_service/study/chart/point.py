@@ -1,4 +1,4 @@
-"""Points of the chart, interleaved timing, and the Pareto front."""
+"""Methods that draw at random, points of the chart, interleaved timing, and the Pareto front."""
 
 import time
 from collections.abc import Callable, Iterable, Sequence
@@ -6,6 +6,11 @@ from dataclasses import asdict, dataclass
 from math import inf
 from statistics import median
 from typing import Any
+
+import numpy as np
+
+from radar_service.numerics import Floats
+from radar_service.terminal import progress
 
 MIN_REPEATS = 2  # a spread needs two
 MAX_MISSED = 0.05  # share of targets that a sampler on the Pareto front may miss
@@ -59,24 +64,82 @@ class Point:
         return asdict(self) | derived
 
 
+@dataclass(frozen=True)
+class Sampler:
+    """One method that draws at random, at one setting.
+
+    family: name of the method;
+    setting: the setting, for a reader;
+    draw: maps the number of a draw to its powers (T,) [W], or cross-sections (T,) [m^2];
+    azimuths: number of azimuths that one draw computes;
+    draws: largest number of draws of a chart;
+    preset: the preset that uses this setting, if any.
+    """
+
+    family: str
+    setting: str
+    draw: Callable[[int], Floats]
+    azimuths: int
+    draws: int
+    preset: str | None = None
+
+
+def drawn_points(
+    panel: str, samplers: Sequence[Sampler], truth: Floats, max_draws: int, seed: int = 0, budget: float = inf
+) -> list[Point]:
+    """Returns one point for each sampler.
+
+    truth: what each target (T,) has in the mean, or in each draw (S, T); max_draws: of each sampler; seed: number of the first
+    draw; budget: CPU time of all [s].
+    """
+    results: list[list[Floats]] = [[] for _ in samplers]
+
+    def task(k: int) -> Callable[[], object]:
+        return lambda: results[k].append(samplers[k].draw(seed + len(results[k])))
+
+    draws = [min(max_draws, s.draws) for s in samplers]
+    times = time_interleaved([task(k) for k in range(len(samplers))], draws, f"{panel} panel", budget)
+    points = []
+    for s, seconds, drawn in zip(samplers, times, results, strict=True):
+        errors, each = mean_and_spread(np.stack(drawn), truth), tuple(t / s.azimuths for t in seconds)
+        points.append(Point(panel, s.family, s.setting, each, False, *errors, s.preset))
+    return points
+
+
+def mean_and_spread(powers: Floats, truth: Floats) -> tuple[float | None, float | None, float]:
+    """Returns the error of the mean [dB], the spread of one draw [dB] and the share of draws that miss their target.
+
+    powers: of each draw and target (S, T) [W]; truth: (T,) [W], or (S, T) where each draw has its own. Error and spread are
+    root mean squares over the targets. The spread of a target is one standard deviation of the error over the mean. Targets
+    that no draw meets have no error and no spread; if no target is met, both are None.
+    """
+    mean, expected = powers.mean(axis=0), np.broadcast_to(truth, powers.shape)
+    met = mean > 0.0
+    missed = float(np.mean(powers == 0.0))
+    if not met.any():
+        return None, None, missed
+    error = 10.0 * np.log10(mean[met] / expected.mean(axis=0)[met])
+    spread = 10.0 * np.log10(1.0 + (powers - expected)[:, met].std(axis=0, ddof=1) / mean[met])
+    return float(np.sqrt(np.mean(error**2))), float(np.sqrt(np.mean(spread**2))), missed
+
+
 def time_interleaved(
-    tasks: Sequence[Callable[[], object]], repeats: Sequence[int], done: Callable[[], object], budget: float = inf
+    tasks: Sequence[Callable[[], object]], repeats: Sequence[int], title: str, budget: float = inf
 ) -> list[tuple[float, ...]]:
     """Returns the CPU times [s] of each task, repeated in turn, so that a busy spell of the machine affects all alike.
 
-    repeats: of each task; budget: CPU time for all together [s]. A task that has used an equal share is repeated MIN_REPEATS
-    times only. `done` is called for every repeat, whether it runs or not.
+    repeats: of each task; title: for lines of progress; budget: CPU time for all together [s]. A task that has used an equal
+    share is repeated MIN_REPEATS times only.
     """
     times: list[list[float]] = [[] for _ in tasks]
     share = budget / max(1, len(tasks))
-    for turn in range(max(repeats, default=0)):
+    turns = max(repeats, default=0)
+    for turn in progress(range(turns), turns, "repeats", lambda _: title, within=True):
         for task, count, taken in zip(tasks, repeats, times, strict=True):
-            if turn < count:
-                if turn < MIN_REPEATS or sum(taken) < share:
-                    begin = time.process_time()
-                    task()
-                    taken.append(max(time.process_time() - begin, 1e-9))  # the clock may be coarser than the task
-                done()
+            if turn < count and (turn < MIN_REPEATS or sum(taken) < share):
+                begin = time.process_time()
+                task()
+                taken.append(max(time.process_time() - begin, 1e-9))  # the clock may be coarser than the task
     return [tuple(row) for row in times]
 
 

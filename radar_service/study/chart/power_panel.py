@@ -3,8 +3,7 @@
 Each draw computes the echoes of the whole frozen scene on boresight, with its own random numbers.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -27,7 +26,7 @@ from radar_service.propagation import received_amplitude
 from radar_service.records import PRESETS
 from radar_service.scattering import RayCaster, RaySampledSurfaces, ScattererSet
 from radar_service.study.chart.frozen_scene import all_scatterers, echoes_of, is_diffuse
-from radar_service.study.chart.point import Point, time_interleaved
+from radar_service.study.chart.point import Sampler
 from radar_service.study.chart.reference_surface import Window
 from radar_service.trace import BOX_BEAMWIDTHS, OcclusionScene, TriangleScene, azimuth_offsets, elevation_offsets
 from radar_service.world import Body, Scene
@@ -41,26 +40,6 @@ FAMILIES = {"rays": "uniform rays", "stratified": "stratified rays", "sobol": "S
 Powers = Floats  # (T,) of each window [W]
 DEPTH = 20  # range bins of a patch of an extended surface; it is one beamwidth wide
 MIN_STRENGTH = 1e-3  # of the strongest patch, after removal of 1/R^4; weaker ones are no targets
-
-
-@dataclass(frozen=True)
-class Sampler:
-    """One sampler at one setting.
-
-    family: name of the sampler;
-    setting: the setting, for a reader;
-    draw: maps a seed to the powers (T,) [W] in each window;
-    azimuths: number of azimuths that one draw computes;
-    draws: largest number of draws of a chart;
-    preset: the preset that uses this setting, if any.
-    """
-
-    family: str
-    setting: str
-    draw: Callable[[int], Powers]
-    azimuths: int
-    draws: int
-    preset: str | None = None
 
 
 def samplers(scene: Scene, windows: list[Window], occlusion: OcclusionScene, max_rays: int) -> list[Sampler]:
@@ -193,44 +172,3 @@ def _body_window(scene: Scene, body: Body) -> Window | None:
     half = size / float(polar.distance)
     start = float(polar.azimuth) - half
     return Window(float(wrap_angle(np.array(start))), 2.0 * half, float(polar.range) - size, float(polar.range) + size)
-
-
-def power_points(
-    samplers: Sequence[Sampler], truth: Floats, max_draws: int, seed: int, done: Callable[[], object], budget: float = np.inf
-) -> list[Point]:
-    """Returns one point for each sampler; `done` is called after each draw.
-
-    truth: mean power (T,) [W] of each target; max_draws: of each sampler; budget: CPU time of all [s].
-    """
-    results: list[list[Floats]] = [[] for _ in samplers]
-
-    def task(k: int) -> Callable[[], object]:
-        return lambda: results[k].append(samplers[k].draw(seed + len(results[k])))
-
-    draws = [min(max_draws, s.draws) for s in samplers]
-    times = time_interleaved([task(k) for k in range(len(samplers))], draws, done, budget)
-    return [_point(s, t, np.stack(r), truth) for s, t, r in zip(samplers, times, results, strict=True)]
-
-
-def _point(sampler: Sampler, times: Sequence[float], powers: Floats, truth: Floats) -> Point:
-    per_azimuth = tuple(t / sampler.azimuths for t in times)
-    return Point(
-        "power", sampler.family, sampler.setting, per_azimuth, False, *mean_and_spread(powers, truth), sampler.preset
-    )
-
-
-def mean_and_spread(powers: Floats, truth: Floats) -> tuple[float | None, float | None, float]:
-    """Returns the error of the mean [dB], the spread of one draw [dB] and the share of draws that miss their target.
-
-    powers: of each draw and target (S, T) [W]; truth: (T,) [W], or (S, T) where each draw has its own. Error and spread are
-    root mean squares over the targets. The spread of a target is one standard deviation of the error over the mean. Targets
-    that no draw meets have no error and no spread; if no target is met, both are None.
-    """
-    mean, expected = powers.mean(axis=0), np.broadcast_to(truth, powers.shape)
-    met = mean > 0.0
-    missed = float(np.mean(powers == 0.0))
-    if not met.any():
-        return None, None, missed
-    error = 10.0 * np.log10(mean[met] / expected.mean(axis=0)[met])
-    spread = 10.0 * np.log10(1.0 + (powers - expected)[:, met].std(axis=0, ddof=1) / mean[met])
-    return float(np.sqrt(np.mean(error**2))), float(np.sqrt(np.mean(spread**2))), missed

@@ -5,17 +5,17 @@ The cross-sections are those of physical optics and geometrical optics. They sha
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
 from radar_service.numerics import CHART, Floats, generator, polar_from_map
 from radar_service.propagation import two_way_phase
 from radar_service.radar import Sinc2
-from radar_service.records import PRESETS, Fidelity
+from radar_service.records import PRESETS
 from radar_service.scattering import BodyEchoes, Instant, PhysicalOptics, ScattererSet
 from radar_service.study.chart.frozen_scene import all_scatterers, occlusion_of
-from radar_service.study.chart.point import Point, time_interleaved
-from radar_service.study.chart.power_panel import mean_and_spread
+from radar_service.study.chart.point import Point, Sampler, drawn_points
 from radar_service.trace import OcclusionScene
 from radar_service.world import SHAPES, Body, BodyPoses, Mesh, Motion, Scene, map_from_bodies, material_from_name, shape_mesh
 
@@ -25,7 +25,6 @@ CORNER_TURN = np.deg2rad(15.0)  # largest turn of a corner, either way
 DISTANCE = 1000.0  # m from the antenna, far beyond twice the square of a target's size over the wavelength
 MAX_RANGE = 2.0 * DISTANCE
 BOUNCES = (1, 2, 3)
-MODELS = 2 + len(BOUNCES)  # declared, diffuse, optics
 
 
 @dataclass(frozen=True)
@@ -102,24 +101,13 @@ def random_turns(targets: Sequence[CanonicalTarget], draws: int, seed: int) -> F
     return np.asarray(generator(seed, CHART, 2).uniform(-1.0, 1.0, (draws, len(targets))) * limits)
 
 
-@dataclass(frozen=True)
-class Model:
-    """One scattering model at one setting, prepared for the targets of a scene."""
-
-    family: str
-    setting: str
-    scene: Scene
-    scatterers: ScattererSet
-    occlusion: OcclusionScene
-    preset: str | None
-
-    def cross_sections(self, draw: int) -> Floats:
-        """Returns the cross-sections (T,) [m^2] of all targets at the turns of a draw."""
-        time, antenna = _time(draw, self.scene), self.scene.antenna(0.0)[0]
-        echoes = self.scatterers.echoes(antenna, Instant(time, self.occlusion, MAX_RANGE))
-        poses = BodyPoses(self.scatterers.bodies).at(np.array([time]))
-        position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
-        return coherent_cross_sections(self.scene, position, echoes)
+def cross_sections(scene: Scene, scatterers: ScattererSet, occlusion: OcclusionScene, draw: int) -> Floats:
+    """Returns the cross-sections (T,) [m^2] of all targets at the turns of a draw."""
+    time, antenna = _time(draw, scene), scene.antenna(0.0)[0]
+    echoes = scatterers.echoes(antenna, Instant(time, occlusion, MAX_RANGE))
+    poses = BodyPoses(scatterers.bodies).at(np.array([time]))
+    position = map_from_bodies(echoes.position, echoes.body, poses.position[0], poses.heading[0])
+    return coherent_cross_sections(scene, position, echoes)
 
 
 def coherent_cross_sections(scene: Scene, position: Floats, echoes: BodyEchoes) -> Floats:
@@ -159,61 +147,33 @@ def targets_scene(scene: Scene, targets: Sequence[CanonicalTarget], turns: Float
     return scene.with_world(bodies=tuple(bodies), environment=environment)
 
 
-def scattering_models(scene: Scene, targets: Sequence[CanonicalTarget], turns: Floats, seed: int) -> list[Model]:
+def scattering_models(scene: Scene, targets: Sequence[CanonicalTarget], turns: Floats, seed: int) -> list[Sampler]:
     """Returns declared cross-sections, diffuse surfaces, and physical optics with one to three bounces.
 
-    turns: (S, T) [rad] of the targets.
+    turns: (S, T) [rad] of the targets. A model is evaluated once a scan, so each azimuth bears its share of the time.
     """
-    presets: dict[int, list[str]] = {}
+    balanced, declared, presets = PRESETS["balanced"], "declared cross-section", dict[int, list[str]]()
     for name, preset in PRESETS.items():
         if preset.engine == "corrected":
             presets.setdefault(preset.bounces, []).append(name)
 
-    def model(
-        family: str,
-        setting: str,
-        scattering: str | None,
-        fidelity: Fidelity = PRESETS["balanced"],
-        preset: str | None = None,
-    ) -> Model:
-        turntables = targets_scene(scene, targets, turns, scattering)
-        return Model(
-            family, setting, turntables, all_scatterers(turntables, fidelity, seed), occlusion_of(turntables), preset
-        )
+    def model(family: str, setting: str, scattering: str | None, bounces: int = balanced.bounces) -> Sampler:
+        turntables, names = targets_scene(scene, targets, turns, scattering), presets.get(bounces, [])
+        scatterers = all_scatterers(turntables, replace(balanced, bounces=bounces), seed)
+        draw = partial(cross_sections, turntables, scatterers, occlusion_of(turntables))
+        preset = ", ".join(names) if names and scattering == "optics" else None
+        return Sampler(family, setting, draw, scene.radar.azimuths, len(turns), preset)
 
-    optics = [
-        model(
-            "physical optics", f"{b} bounce{'s' * (b > 1)}", "optics", replace(PRESETS["balanced"], bounces=b),
-            ", ".join(presets.get(b, [])) or None,
-        )
-        for b in BOUNCES
-    ]  # fmt: skip
-    return [model("declared cross-section", "rcs", None), model("diffuse surface", "diffuse", "diffuse"), *optics]
+    optics = [model("physical optics", f"{b} bounce{'s' * (b > 1)}", "optics", b) for b in BOUNCES]
+    return [model(declared, "rcs", None), model("diffuse surface", "diffuse", "diffuse"), *optics]
 
 
-def scattering_points(scene: Scene, draws: int, seed: int, done: Callable[[], object]) -> list[Point]:
-    """Returns one point for each scattering model, from `draws` random turns of the targets.
-
-    A model is evaluated once a scan, so each azimuth bears its share of the time. `done` is called after each evaluation.
-    """
+def scattering_points(scene: Scene, draws: int, seed: int) -> list[Point]:
+    """Returns one point for each scattering model, from `draws` random turns of the targets."""
     targets = canonical_targets(scene.radar.wavelength)
     turns = random_turns(targets, draws, seed)
     models = scattering_models(scene, targets, turns, seed)
     theory = np.stack([target.cross_section(turns[:, k]) for k, target in enumerate(targets)], axis=1)
     for model in models:
-        model.cross_sections(0)  # facets are cut once for a distance; that is not timed
-    results: list[list[Floats]] = [[] for _ in models]
-
-    def task(k: int) -> Callable[[], object]:
-        return lambda: results[k].append(models[k].cross_sections(len(results[k])))
-
-    times = time_interleaved([task(k) for k in range(len(models))], [draws] * len(models), done)
-    azimuths = scene.radar.azimuths
-    return [_point(m, t, np.stack(r), theory, azimuths) for m, t, r in zip(models, times, results, strict=True)]
-
-
-def _point(model: Model, times: Sequence[float], result: Floats, theory: Floats, azimuths: int) -> Point:
-    per_azimuth = tuple(t / azimuths for t in times)
-    return Point(
-        "scattering", model.family, model.setting, per_azimuth, False, *mean_and_spread(result, theory), model.preset
-    )
+        model.draw(0)  # facets are cut once for a distance; that is not timed
+    return drawn_points("scattering", models, theory, draws)

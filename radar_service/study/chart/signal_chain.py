@@ -41,7 +41,7 @@ CORRECTED = {name: preset for name, preset in PRESETS.items() if preset.engine =
 WIDTHS = (2, 4, 6, 8)  # range bins of the kernel
 RATES = (1.0, 1.25, 2.0, 4.0)  # sampling rate over bandwidth
 EXTENTS = (1.5, 6.0, 24.0)  # beamwidths each side of boresight, beside those of the presets
-Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]
+Sum = Callable[[Indices, Floats, Floats, Complexes, int], Complexes]  # as chirp_sum
 Beam = Callable[[Floats], Floats]  # offset from boresight [rad] to the weight of an amplitude
 INTEGER_DELAY = "integer-delay chirps"
 
@@ -220,44 +220,31 @@ def chirp_sums(radar: Radar) -> list[Method]:
         reach = extent * radar.beamwidth
         methods.append(method(INTEGER_DELAY, extent, chirps(radar, reach, pattern, chirp_sum)))
         methods.append(method("integer delays, FFT", extent, chirps(radar, reach, pattern, impulse_sum), slow=False))
-        methods.append(method("exact-delay chirps", extent, exact_chirps(radar, reach, pattern)))
+        methods.append(method("exact-delay chirps", extent, chirps(radar, reach, pattern, None)))
     return sorted(methods, key=lambda method: method.family)
 
 
-def chirps(radar: Radar, extent: float, beam: Beam, add: Sum) -> Run:
-    """Returns the documented chain: it rounds delays to samples, adds chirps and applies one matched filter."""
+def chirps(radar: Radar, extent: float, beam: Beam, add: Sum | None) -> Run:
+    """Returns the documented chain: it rounds delays to samples, adds chirps and applies one matched filter.
+
+    add: None: each chirp has the exact delay of its echo.
+    """
     replica = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
     weights = window(radar.window, replica.size)
 
-    def profile(distance: Floats, amplitude: Complexes) -> Complexes:
-        delay = sample_delay(distance, radar.sample_rate)
-        received = add(delay, np.abs(amplitude), np.angle(amplitude), replica, radar.bins)
-        return compress(received, replica, weights, radar.bins)
+    def received(distance: Floats, amplitude: Floats, phase: Floats) -> Complexes:
+        if add is not None:
+            return add(sample_delay(distance, radar.sample_rate), amplitude, phase, replica, radar.bins)
+        return exact_chirp_sum(distance, amplitude, phase, radar.bandwidth, radar.pulse, radar.sample_rate, radar.bins)
 
-    return _each_azimuth(radar, extent, beam, profile)
-
-
-def exact_chirps(radar: Radar, extent: float, beam: Beam) -> Run:
-    """Returns the same chain with each chirp at the exact delay of its echo."""
-    replica = chirp(pulse_times(radar.pulse, radar.sample_rate), radar.bandwidth, radar.pulse)
-    weights = window(radar.window, replica.size)
-
-    def profile(distance: Floats, amplitude: Complexes) -> Complexes:
-        received = exact_chirp_sum(
-            distance, np.abs(amplitude), np.angle(amplitude), radar.bandwidth, radar.pulse, radar.sample_rate, radar.bins
-        )
-        return compress(received, replica, weights, radar.bins)
-
-    return _each_azimuth(radar, extent, beam, profile)
-
-
-def _each_azimuth(radar: Radar, extent: float, beam: Beam, profile: Callable[[Floats, Complexes], Complexes]) -> Run:
     def run(echoes: Echoes, spokes: Indices) -> Profiles:
         profiles = np.empty((len(spokes), radar.bins), dtype=np.complex64)
         for k, spoke in enumerate(spokes):
             offset = wrap_angle(spoke * radar.azimuth_step - echoes.azimuth)
             near = np.flatnonzero(np.abs(offset) <= extent)
-            profiles[k] = profile(echoes.range[near], beam(offset[near]) * echoes.amplitude[near])
+            amplitude = beam(offset[near]) * echoes.amplitude[near]
+            total = received(echoes.range[near], np.abs(amplitude), np.angle(amplitude))
+            profiles[k] = compress(total, replica, weights, radar.bins)
         return profiles
 
     return run

@@ -4,7 +4,7 @@ Scenes of points have their field in closed form, which shares no code with the 
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
@@ -100,10 +100,6 @@ class Finding:
     def curve(self, name: str) -> Floats:
         """Returns the values of the curve of that name. Raises KeyError for any other name."""
         return np.array({curve.name: curve.values for curve in self.curves}[name])
-
-    def as_dict(self) -> dict[str, Any]:
-        """Returns plain data for JSON."""
-        return asdict(self)
 
 
 Study = Callable[[int], Finding]  # from the refinement of the parameter's values to the finding

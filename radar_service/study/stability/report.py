@@ -4,6 +4,7 @@ import json
 from base64 import b64encode
 from collections import Counter
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ MAX_TICKS = 9
 def write_report(folder: Path, findings: Sequence[Finding]) -> None:
     """Writes stability.html and stability.json to `folder`, which it creates if necessary. Raises OSError."""
     make_folder(folder)
-    write_file(folder / "stability.json", json.dumps([finding.as_dict() for finding in findings], indent=1) + "\n")
+    write_file(folder / "stability.json", json.dumps([*map(asdict, findings)], indent=1) + "\n")
     write_file(folder / "stability.html", page(findings))
 
 

@@ -11,6 +11,7 @@ from scipy.special import kv
 from radar_service.bench.detection.clutter import (
     ClutterCase,
     binomial_interval,
+    clutter_scene,
     clutter_study,
     clutter_summary,
     clutter_targets,
@@ -44,7 +45,7 @@ def study(shape: float, scans: int) -> dict[str, Any]:
 def test_a_fluctuating_target_in_speckle_is_detected_as_theory_says() -> None:
     """One spoke is in the beam. Target, clutter and noise are exponential together: Pd is Pfa to the power of mean clutter over
     mean sum. The ratio that gives each Pd is the same at one range up to the wind's factor, which C/N shows."""
-    rows = study(1000.0, 80)["rows"]
+    rows = study(1000.0, 40)["rows"]
     for row in rows:
         assert row["threshold_over_mean_db"] == pytest.approx(10.0 * np.log10(-np.log(PFA)), abs=0.5)
         assert row["quantile"]["low"] <= row["quantile"]["value"] <= row["quantile"]["high"]
@@ -58,12 +59,12 @@ def test_a_fluctuating_target_in_speckle_is_detected_as_theory_says() -> None:
 def test_the_quantile_of_spiky_clutter_is_that_of_the_k_distribution() -> None:
     """Shape 1, one look: the power exceeds x with probability 2 sqrt(x) K1(2 sqrt(x)) (Ward, Tough and Watts, eq. 4.12)."""
     x = brentq(lambda x: 2.0 * np.sqrt(x) * kv(1, 2.0 * np.sqrt(x)) - PFA, 1.0, 50.0)
-    got = [row["threshold_over_mean_db"] for row in study(1.0, 60)["rows"]]
+    got = [row["threshold_over_mean_db"] for row in study(1.0, 40)["rows"]]
     assert np.mean(got) == pytest.approx(10.0 * np.log10(x), abs=0.4)
 
 
 def test_false_plots_and_tables() -> None:
-    series = study(1.0, 60)
+    series = study(1.0, 40)
     for row in series["rows"]:
         assert 0.0 <= row["false_plots"]["low"] <= row["false_plots"]["value"] <= row["false_plots"]["high"]
         assert PFA / 10.0 < row["extractor_pfa"] < 10.0 * PFA
@@ -79,8 +80,6 @@ def test_intervals_are_those_of_clopper_and_pearson() -> None:
 
 
 def test_band_polarization_and_swerling_replace_the_scenario_s() -> None:
-    from radar_service.bench.detection.clutter import clutter_scene
-
     case = ClutterCase(2, 4.0, (800.0,), swerling=3, band="s", polarization="v")
     made = scenario()
     scene = clutter_scene(made, case, clutter_targets(made)[0])
@@ -92,8 +91,6 @@ def test_band_polarization_and_swerling_replace_the_scenario_s() -> None:
 @pytest.mark.parametrize(("nm", "scale"), [(0.4, 0.75), (1.5, 3.0), (2.0, 3.0)])
 def test_a_set_has_the_scale_that_its_range_control_takes(nm: float, scale: float) -> None:
     """The next one beyond 1.5 times the range, and not beyond the scenario's."""
-    from radar_service.bench.detection.clutter import clutter_scene
-
     made = scenario()
     sold = {"set": "furuno-far-2127", "range_max_m": 3.0 * NAUTICAL_MILE}
     made = made.model_copy(update={"scene": {**made.scene, "radar": sold}})

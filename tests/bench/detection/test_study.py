@@ -1,8 +1,6 @@
 """Detection by range on simulated scans: it is what the radar equation says, and a wrong law is seen."""
 
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
@@ -24,6 +22,7 @@ from radar_service.bench.detection.study import (
 )  # fmt: skip
 from radar_service.bench.scenario import Scenario, ScenarioError, load_scenario
 from radar_service.numerics.types import Floats
+from tests.batch.pickling import Pickling
 from tests.bench.detection.test_detection import BUOY, radar_scene
 
 BODIES = [
@@ -79,7 +78,7 @@ def test_bodies_stand_on_spokes_and_in_the_middle_of_cells() -> None:
         assert np.arctan2(east, north) % (2 * np.pi) == pytest.approx(spoke * scene.radar.azimuth_step, abs=1e-9)
 
 
-def test_parts_add_up_in_any_number_of_processes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_parts_add_up_wherever_they_are_counted(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "SCANS_PER_JOB", 3)
     seen: list[int] = []
 
@@ -91,8 +90,7 @@ def test_parts_add_up_in_any_number_of_processes(monkeypatch: pytest.MonkeyPatch
     one = detection_study(made, 6, 4, None, progress)
     hits = count(made, False, 4, 0, 3)[0] + count(made, False, 4, 1, 3)[0]
     assert [row["detected"] for row in one["series"][0]["targets"][0]["ranges"]] == (hits / 6).tolist()
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as executor:  # one shows it, at half the cost of two
-        assert seen == [2] and detection_study(made, 6, 4, executor) == one
+    assert seen == [2] and detection_study(made, 6, 4, Pickling()) == one
 
 
 def test_a_target_that_is_never_in_doubt_is_reported_so() -> None:

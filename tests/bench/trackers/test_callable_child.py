@@ -17,6 +17,7 @@ from radar_service.bench import TrackState
 
 class Mine:
     def update(self, scan):
+        assert "scipy" not in sys.modules  # a tracker starts in a third of the time without
         print("not an answer")
         os.write(1, b"nor this")
         return [

@@ -1,6 +1,5 @@
 """Trackers by name, and what stands behind a name."""
 
-import json
 import sys
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -17,7 +16,7 @@ from radar_service.bench.trackers.stone_soup import tuning_of
 from radar_service.bench.trackers.tracker import AisTarget, DataSheet, TrackerInput, TrackState, moved_on
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.trackers.websocket_tracker import WebsocketTracker
-from tests.bench.trackers.test_stone_soup import given, plot
+from tests.bench.trackers.test_stone_soup import given
 from tests.bench.trackers.test_stone_soup_parts import END, TUNING, parts, plots, tracks
 from tests.bench.trackers.test_websocket_tracker import plots_as_tracks, server
 
@@ -31,8 +30,10 @@ def test_the_reference_trackers_are_tuned_by_the_data_sheet() -> None:
     assert tuning_of(DataSheet(range_error=7.0), "gnn").range_error == 7.0
 
 
-def test_a_callable_a_command_and_a_server() -> None:
-    for name, kind in (("tests.bench.test_run:Noted", CallableTracker), ("cat", ProcessTracker)):
+def test_a_callable_a_command_and_a_server(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("class Mine: pass")
+    for name, kind in (("mine:Mine", CallableTracker), ("cat", ProcessTracker)):
         tracker = tracker_for(name, HEADER)
         assert type(tracker) is kind
         tracker.close()
@@ -128,15 +129,6 @@ def test_no_track_and_no_plot_have_no_distance() -> None:
     assert [one.shape for one in pair_distances(tracks(rng, 2), [], TUNING)] == [(2, 0)] * 2
 
 
-# tracker: what a tracker gets is plain data.
-
-
-def test_a_scan_is_plain_data() -> None:
-    data = json.loads(json.dumps(given(3, (plot(8.0, 10.0, 20.0),)).as_dict()))
-    assert data["type"] == "scan" and data["scan"] == 3 and data["time"] == 10.0
-    assert data["plots"][0]["east"] == 10.0 and {"heading", "course", "speed", "east", "north"} <= set(data)
-
-
+# tracker: a position moves along its velocity.
 def test_a_position_moves_along_its_velocity() -> None:
-    assert moved_on((100.0, -50.0), (2.0, 3.0), 10.0).tolist() == [120.0, -20.0]
     assert moved_on((100.0, -50.0), (2.0, 3.0), -10.0).tolist() == [80.0, -80.0]

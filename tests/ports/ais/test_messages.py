@@ -19,7 +19,7 @@ from radar_service.ports.ais.messages import (
     rate_of_turn,
     static_of,
 )
-from radar_service.world.ais import AisShip
+from radar_service.world.reporting import AisShip
 from tests.ports.nmea.reading import fields_of
 
 KNOT = 1852.0 / 3600.0

@@ -36,7 +36,8 @@ from tests.service.fake import FakeEngine
 
 
 # docs: the documentation page: whole, from this server alone, and within its content security policy.
-async def test_every_file_of_the_page_comes_from_this_server() -> None:
+async def test_every_file_of_the_page_comes_from_this_server_and_no_other_file_does() -> None:
+    """The policy has no 'unsafe-inline': a browser would not run inline scripts and styles."""
     async with playing() as server:
         page = await server.http.get("/docs")
         assert page.status_code == 200 and page.headers["content-security-policy"].startswith("default-src 'self'")
@@ -48,26 +49,12 @@ async def test_every_file_of_the_page_comes_from_this_server() -> None:
             assert answer.status_code == 200 and answer.content, link
         assert "SwaggerUIBundle" in (await server.http.get("/docs/files/swagger-ui-bundle.js")).text
         assert (await server.http.get("/docs/start.js")).headers["content-type"].startswith("text/javascript")
-
-
-async def test_the_page_has_no_inline_script_or_style() -> None:
-    """The policy has no 'unsafe-inline': a browser would not run them."""
-    async with playing() as server:
-        page = (await server.http.get("/docs")).text
-        assert "<style" not in page and " style=" not in page
-        assert re.findall(r"<script[^>]*>([^<]*)</script>", page) == ["", ""]
-
-
-@pytest.mark.parametrize("path", ["/docs/files/../../pyproject.toml", "/docs/files/%2e%2e/core.py", "/docs/files/nothing"])
-async def test_only_the_files_of_the_page_are_served(path: str) -> None:
-    async with playing() as server:
-        assert (await server.http.get(path)).status_code == 404
-
-
-async def test_the_page_is_not_part_of_the_interface_that_it_shows() -> None:
-    async with playing() as server:
+        assert "<style" not in page.text and " style=" not in page.text
+        assert re.findall(r"<script[^>]*>([^<]*)</script>", page.text) == ["", ""]
+        for path in ("../../pyproject.toml", "%2e%2e/core.py", "nothing"):
+            assert (await server.http.get(f"/docs/files/{path}")).status_code == 404
         paths = (await server.http.get("/api/openapi.json")).json()["paths"]
-        assert all(path.startswith("/api/") for path in paths)
+        assert all(path.startswith("/api/") for path in paths)  # the page is no part of the interface that it shows
 
 
 @pytest.mark.browser

@@ -14,6 +14,7 @@ COMMAND, READ = "command-" * 3, "reading-" * 3
 CHANGES = [
     ("PATCH", "/api/radars/0/controls", {"gain": 60}), ("PUT", "/api/radars/0/scene", {"scene": {"name": "x"}}),
     ("POST", "/api/scenes", {"name": "mine", "scene": {"name": "s"}}), ("DELETE", "/api/scenes/mine", None),
+    ("PATCH", "/api/radars/0/errors", {}), ("DELETE", "/api/radars/0/errors", None),
 ]  # fmt: skip
 
 
@@ -104,7 +105,7 @@ async def test_no_secret_shows_in_a_representation_an_answer_or_a_log(caplog: py
     assert "refused" in caplog.text and COMMAND not in caplog.text and READ not in caplog.text
 
 
-async def test_a_page_of_another_site_may_not_command() -> None:
+async def test_a_page_of_another_site_may_neither_command_nor_listen() -> None:
     async with playing() as server:
         elsewhere, here = {"origin": "http://elsewhere.example"}, {"origin": "http://radar"}
         for method, path in (
@@ -116,6 +117,9 @@ async def test_a_page_of_another_site_may_not_command() -> None:
             answer = await server.http.request(method, f"/api/{path}", json={}, headers=elsewhere)
             assert answer.status_code == 403
         assert (await server.http.patch("/api/radars/0/controls", json={}, headers=here)).status_code == 200
+        with pytest.raises(Closed, match="403"):
+            await server.feed(**elsewhere)
+        assert (await (await server.feed(**here)).receive())["type"] == "hello"
 
 
 async def test_every_answer_carries_the_security_headers() -> None:

@@ -17,9 +17,8 @@ from radar_service.ports.http.websocket import BYTES_AT_ONCE, FRAMES_AT_ONCE, TO
 from radar_service.ports.rest.websockets import POSES_AT_ONCE
 from radar_service.service.fanout.client_queue import TOO_SLOW
 from radar_service.service.settings import Pace, Settings
-from tests.ports.http.loopback import UPGRADE, Address, radar
 from tests.ports.playing import station
-from tests.ports.serving import Turns, answer, dialled, served
+from tests.ports.serving import UPGRADE, Address, Turns, answer, dialled, radar, served
 from tests.service.fake import power_of, scene, steerable_scene
 
 

@@ -11,7 +11,7 @@ import pytest
 from radar_service.ports.dialect.dialect import SPINNING_UP, STANDBY, TRANSMIT, IgnoredError, Setting, Spoke
 from radar_service.ports.navico_halo.datagrams import HALO, Frames, beacon, changed_by, reports
 from tests.ports.asgi import Server
-from tests.ports.dialect.test_dialect_port import FAST, HERE, Display
+from tests.ports.dialect.test_dialect import FAST, HERE, Display
 from tests.ports.navico_halo.reading import read_beacon, read_frame, read_reports
 from tests.ports.playing import play
 

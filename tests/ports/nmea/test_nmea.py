@@ -23,7 +23,7 @@ from radar_service.ports.nmea.own_ship import (
 from radar_service.ports.udp.addresses import Address
 from radar_service.records.truth import ShipStates
 from radar_service.terminal.arguments import UsageError
-from radar_service.world.outline import outline_of
+from radar_service.world.scene import outline_of
 from tests.ports.nmea.reading import fields_of, read
 from tests.ports.nmea.test_senders import HERE, free_port
 from tests.service.fake import scene

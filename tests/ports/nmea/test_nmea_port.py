@@ -22,9 +22,9 @@ from radar_service.records.reports import Readings
 from radar_service.scene_file.describe import json_schema
 from radar_service.scene_file.load import load_scene
 from radar_service.service.radio.error_stage import ErrorStage
-from radar_service.service.radio.prefetch import SpokeSourceFault
 from radar_service.service.radio.station import Station, Stations
 from radar_service.simulator import Simulator
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.terminal.arguments import UsageError
 from radar_service.world.geo import geographic_from_map
 from tests.ports.kept import Kept

@@ -6,7 +6,7 @@ import pynmea2
 import pytest
 
 from radar_service.ports.nmea_in.sentence_reader import MAX_LINE, Reading, SentenceIgnoredError, SentenceLines, read
-from tests.ports.nmea_in.saying import line
+from tests.ports.nmea.reading import line
 
 ROUNDING = 1e-12  # of degrees up to 180: some ten times 2^-46
 PLACE = "5030.12345,S,17959.99999,W"

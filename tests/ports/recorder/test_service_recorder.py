@@ -18,7 +18,6 @@ from radar_service.ports.recorder.service_recorder import MAX_WAITING, RecorderP
 from radar_service.recording import Recording, read
 from radar_service.recording.error import RecordingError
 from radar_service.records.cell_sources import SourceList, SourceRequest
-from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
 from tests.ports.playing import FLAT_OUT, playing, station
 from tests.service.fake import AZIMUTHS, SOURCES, FakeEngine, labels_of, scene
 
@@ -154,17 +153,6 @@ def test_an_end_of_scan_waits_for_the_one_before(tmp_path: Path) -> None:
         release.set()
         second.join(10)
     assert done == [1, 2, 3]
-
-
-def test_what_its_sinks_take_is_in_the_file(tmp_path: Path) -> None:
-    port, engine = RecorderPort(tmp_path / "a.mcap", False), FakeEngine(scene())
-    host = PortHost((port,))
-    (sink,) = host.sinks("0")
-    epoch = Epoch("one", engine, None)  # type: ignore[arg-type]
-    sink.open_epoch(RadarInfo("0", "radar 0", epoch, 0.0, {"pace": {}}, False))
-    sink.send(SpokeBatch(epoch, 0, engine.block(0, 5), None))  # type: ignore[arg-type]
-    port.close()
-    assert [spoke.number for spoke in read(tmp_path / "a.mcap").spokes()] == list(range(5))
 
 
 def test_the_sources_that_are_recorded_are_asked_for(tmp_path: Path) -> None:

@@ -1,7 +1,14 @@
 """The short modules of REST, each under its name."""
 
+import asyncio
+import contextlib
 import errno
 import json
+import threading
+import time
+from collections.abc import AsyncIterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +21,24 @@ from radar_service import wire
 from radar_service.plug_ins import PlugInError
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.port_host import PortHost
-from radar_service.ports.rest import scene_store
+from radar_service.ports.rest import metrics, pictures, scene_store
 from radar_service.ports.rest.answers import add_exception_handlers, problem_lines
+from radar_service.ports.rest.metrics import Vitals
+from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.rest.scene_store import Conflict
 from radar_service.ports.rest.schemas import ControlsChange, ControlsState
+from radar_service.processes.call import ProcessFault
+from radar_service.processes.fork_server import ForkServer
 from radar_service.processes.limits import MachineBusyError
 from radar_service.records.fidelity import PRESETS
 from radar_service.service.controls import CONTROLS, ControlError
-from radar_service.service.jobs import RETRY_SECONDS, Busy
+from radar_service.service.jobs import RETRY_SECONDS, Busy, JobQueue
 from radar_service.service.radio.command_worker import NoRadarError, TooManyCommandsError
-from radar_service.service.radio.prefetch import BusyFault, SpokeSourceFault
+from radar_service.service.radio.radio_state import Failed, Looked
+from radar_service.service.radio.scene_process import SpokeWorker
+from radar_service.service.settings import Pace, Settings
+from radar_service.spoke_source import BusyFault, SpokeSourceFault
 from radar_service.world.error import SceneError
 from tests.ports.asgi import Closed, Server, Socket, running
 from tests.ports.playing import playing, station
@@ -220,3 +234,163 @@ async def test_a_server_that_stops_says_bye() -> None:
         await line(socket)
         only.truth_stream.end("the server is stopping")
         assert await line(socket) == {"type": "bye", "reason": "the server is stopping"}
+
+
+# metrics: what keeps the service from working makes it unready, and says so.
+READY = "/api/health/ready"
+
+
+async def test_a_working_server_has_no_problems() -> None:
+    async with playing() as server:
+        answer = await server.http.get(READY)
+        assert answer.status_code == 200 and answer.json() == {"yes": True}
+
+
+class CountingPool(ThreadPoolExecutor):
+    """Two threads, and how many tasks they were given."""
+
+    def __init__(self) -> None:
+        super().__init__(2)
+        self.tasks = 0
+
+    def submit(self, *task: Any, **more: Any) -> Any:
+        self.tasks += 1
+        return super().submit(*task, **more)
+
+
+async def test_a_stuck_pool_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(metrics, "POOL_SECONDS", 0.05)
+    release = threading.Event()
+    async with playing() as server:
+        asyncio.get_running_loop().set_default_executor(pool := CountingPool())
+        held = [asyncio.create_task(asyncio.to_thread(release.wait, 10)) for _ in range(2)]
+        await asyncio.sleep(0)
+        for _ in range(3):
+            answer = await server.http.get(READY)
+            assert answer.status_code == 503 and answer.json()["problems"] == ["threads: none was free for 0.05 s"]
+        assert pool.tasks == 3  # probes do not pile up
+        release.set()
+        await asyncio.gather(*held)
+        monkeypatch.setattr(metrics, "POOL_SECONDS", 10.0)
+        assert (await server.http.get(READY)).status_code == 200
+
+
+async def test_a_full_disk_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with playing() as server:
+        monkeypatch.setattr(metrics, "MIN_FREE_BYTES", 2**80)
+        answer = await server.http.get(READY)
+        assert answer.status_code == 503 and answer.json()["problems"][0].startswith("disk: less than")
+
+
+async def test_a_dead_worker_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
+    async with playing(station()) as server:
+        monkeypatch.setattr(SpokeWorker, "is_alive", False)
+        answer = await server.http.get(READY)
+        assert answer.status_code == 503 and answer.json()["problems"] == ["radar 0: its worker has died"]
+
+
+async def test_a_radar_whose_engine_is_made_anew_or_that_has_failed_lacks_no_worker(tmp_path: Path) -> None:
+    watched, only = Vitals(JobQueue(), tmp_path), station()
+    state, dead = only.transmitter.state, ["radar 0: its worker has died"]
+    problems = [await watched.problems([only])]
+    look = Looked(0.0, only.transmitter.pacer.run_control())
+    for events in (4 * [Failed("it broke", 0.0)], [look]):
+        for event in events:
+            state.handle(event)
+        problems.append(await watched.problems([only]))
+    assert problems == [dead, [], []]
+
+
+async def test_a_job_that_does_not_end_is_noticed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(metrics, "JOB_SECONDS", -1.0)
+    started, release = threading.Event(), threading.Event()
+    queue = JobQueue()
+    watched = Vitals(queue, tmp_path)
+    assert await watched.problems(()) == []
+    job = asyncio.create_task(queue.run("test", lambda _: (started.set(), release.wait(10))))
+    await asyncio.to_thread(started.wait, 10)
+    assert await watched.problems(()) == ["jobs: one has taken more than -1 s"]
+    assert watched.job_states == {"waiting": 0, "running": 1}
+    release.set()
+    await job
+    queue.close()
+
+
+async def test_a_blocked_event_loop_shows_as_lag(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(metrics, "LAG_PERIOD", 0.01)
+    watched = Vitals(JobQueue(), tmp_path)
+    assert watched.lag == 0.0
+    watched.start()
+    until = time.monotonic() + 0.2
+    while time.monotonic() < until:  # blocks the loop
+        continue
+    while watched.lag == 0.0:
+        await asyncio.sleep(0.001)
+    assert 0.18 < watched.lag < 60.0  # s: 0.2 less the period, and what else the machine does
+    watched.close()
+
+
+async def test_a_task_that_is_left_behind_is_counted(tmp_path: Path) -> None:
+    watched = Vitals(JobQueue(), tmp_path)
+    before = watched.tasks
+    left = asyncio.create_task(asyncio.Event().wait())
+    assert watched.tasks == before + 1
+    left.cancel()
+
+
+# pictures: drawn once for all who request the same, a few a second, in a process.
+@contextlib.asynccontextmanager
+async def drawing_pictures(fork_server: ForkServer, pauses: list[float] | None = None) -> AsyncIterator[Pictures]:
+    drawing = Pictures(fork_server, [].append if pauses is None else pauses.append)
+    try:
+        yield drawing
+    finally:
+        drawing.close()
+
+
+async def test_equal_pictures_are_drawn_once(fork_server: ForkServer) -> None:
+    radar = station()
+    async with drawing_pictures(fork_server) as drawing:
+        both = await asyncio.gather(*(drawing.png(radar, 64, None) for _ in range(8)))
+        assert len(set(both)) == 1 and both[0].startswith(b"\x89PNG")
+        assert await drawing.png(radar, 64, None) is both[0]
+        assert await drawing.png(radar, 65, None) != both[0]
+
+
+def test_a_running_radar_has_a_picture_for_each_revolution_and_a_paused_one_for_each_spoke() -> None:
+    paused, running = station(), station(settings=Settings(pace=Pace()))
+    for radar, moments in ((paused, 3), (running, 2)):
+        seen = set()
+        for spokes in (1, 2, 24):
+            seen.add(pictures.moment(radar, replace(radar.last_scan.read(), next=spokes)))
+        assert len(seen) == moments
+
+
+async def test_different_ones_are_drawn_at_a_bounded_rate_and_too_many_are_refused(
+    fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    radar, pauses, begun = station(), list[float](), threading.Event()
+    monkeypatch.setattr(pictures, "call_in_process", lambda *_: b"drawn" if begun.wait(10) else b"")
+    async with drawing_pictures(fork_server, pauses) as drawing:
+        tasks = [asyncio.create_task(drawing.png(radar, 64 + n, None)) for n in range(6)]
+        await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)  # the one that is refused
+        begun.set()
+        answers = await asyncio.gather(*tasks, return_exceptions=True)
+        assert [isinstance(answer, Busy) for answer in answers] == [False] * 5 + [True]  # one is drawn, four wait
+    assert pauses[0] == 0.0 and all(0.0 <= pause <= 1 / pictures.MAX_PER_SECOND for pause in pauses) and len(pauses) == 5
+
+
+async def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monkeypatch: pytest.MonkeyPatch) -> None:
+    radar, times = station(), list[int]()
+
+    def fail_once(*_: object) -> bytes:
+        times.append(1)
+        if len(times) == 1:
+            raise ProcessFault("it crashed")
+        return b"drawn"
+
+    monkeypatch.setattr(pictures, "call_in_process", fail_once)
+    async with drawing_pictures(fork_server) as drawing:
+        with pytest.raises(ProcessFault):
+            await drawing.png(radar, 64, None)
+        assert await drawing.png(radar, 64, None) == b"drawn"

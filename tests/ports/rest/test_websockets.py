@@ -1,4 +1,4 @@
-"""The websocket of poses: an answer for each, in order; rubbish is refused and the conversation goes on."""
+"""Websockets of poses and of changes: an answer for each pose, in order; of changes all of the state first."""
 
 import json
 import math
@@ -7,12 +7,16 @@ from typing import Any
 import msgpack
 import pytest
 
+from radar_service.ports import port_host
+from radar_service.ports.http import conversation
 from radar_service.ports.rest import websockets
 from radar_service.service.access import Access
+from radar_service.service.fanout.client_queue import TOO_SLOW
+from radar_service.service.radio.station import Station
 from tests.ports.asgi import Closed, Socket
-from tests.ports.playing import playing
-from tests.ports.rest.test_command_routes import BUOY, station
-from tests.service.fake import AZIMUTHS
+from tests.ports.playing import playing, station
+from tests.ports.rest.test_command_routes import BUOY
+from tests.service.fake import AZIMUTHS, steerable_scene
 
 PATH = "/api/radars/0/poses"
 
@@ -22,7 +26,7 @@ async def answer(socket: Socket) -> dict[str, Any]:
 
 
 async def test_poses_in_json_and_msgpack_are_answered_in_order() -> None:
-    async with playing(station()) as server:
+    async with playing(steerable(allow_truth=True)) as server:
         socket = await server.open(PATH)
         poses: list[dict[str, Any]] = [
             {"body": "buoy", "position_m": [10, 20], "course_deg": 45, "speed_kn": 6, "turn_rate_deg_s": 1},
@@ -54,7 +58,7 @@ RUBBISH: list[tuple[str | bytes, str]] = [  # and what its refusal says
 
 
 async def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
-    async with playing(station()) as server:
+    async with playing(steerable(allow_truth=True)) as server:
         socket = await server.open(PATH)
         for message, words in RUBBISH:
             await socket.say(**({"text": message} if isinstance(message, str) else {"bytes": message}))
@@ -67,7 +71,7 @@ async def test_rubbish_is_refused_and_the_conversation_goes_on() -> None:
 async def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(websockets, "POSES_PER_SECOND", 1e-3)
     monkeypatch.setattr(websockets, "POSES_AT_ONCE", 2.0)
-    async with playing(station()) as server:
+    async with playing(steerable(allow_truth=True)) as server:
         socket = await server.open(PATH)
         for _ in range(3):
             await socket.say(text='{"speed_kn": 1}')
@@ -77,7 +81,7 @@ async def test_too_many_poses_are_refused(monkeypatch: pytest.MonkeyPatch) -> No
 
 async def test_the_token_to_command_is_needed() -> None:
     read, command = "r" * 16, "c" * 16
-    async with playing(station(), access=Access(command=command, read=read)) as server:
+    async with playing(steerable(allow_truth=True), access=Access(command=command, read=read)) as server:
         for token in ("", read):
             with pytest.raises(Closed):
                 await server.open(PATH, authorization=f"Bearer {token}")
@@ -87,10 +91,107 @@ async def test_the_token_to_command_is_needed() -> None:
 
 
 async def test_a_client_that_leaves_takes_its_poses_along() -> None:
-    async with playing(station()) as server:
+    async with playing(steerable(allow_truth=True)) as server:
         socket = await server.open(PATH)
         await socket.say(text='{"speed_kn": 1}')
         await socket.leave()
         feed = await server.feed()
         await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS}})
         await feed.spokes(AZIMUTHS)
+
+
+COMMAND, READ = "command-" * 3, "reading-" * 3
+
+
+def steerable(**options: Any) -> Station:
+    return station(steerable_scene(), **options)
+
+
+async def next_of(socket: Socket, kind: str) -> dict[str, Any]:
+    """The next change of that kind."""
+    while (change := json.loads(await socket.text()))["kind"] != kind:
+        pass
+    return dict(change)
+
+
+async def test_a_client_gets_the_whole_state_and_then_what_changes() -> None:
+    async with playing(steerable()) as server:
+        early = await server.open("/api/changes")
+        assert (await next_of(early, "controls"))["values"] == server.stations[0].controls()
+        await server.http.patch("/api/radars/0/controls", json={"rain": 12})
+        while len((change := await next_of(early, "controls"))["values"]) > 1:  # what the service found at its first look
+            pass
+        assert change == {"radar": "0", "kind": "controls", "values": {"rain": 12.0}, "time": 0.0}
+        late = await server.open("/api/changes")
+        state = {kind: (await next_of(late, kind))["values"] for kind in ("status", "scene", "controls")}
+        assert state["controls"] == server.stations[0].controls() and state["controls"]["rain"] == 12.0
+        assert state["status"] == {"state": "paused", "fault": None, "factor_reached": None}
+        assert state["scene"] == {"epoch": server.stations[0].hub.epoch, "name": "steerable", "fidelity": "balanced"}
+        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "run"}})
+        assert (await next_of(late, "status"))["values"]["state"] == "running"
+
+
+async def test_a_new_client_gets_the_last_command_to_each_body() -> None:
+    async with playing(steerable(allow_truth=True)) as server:
+        for speed in (3, 4):
+            await server.http.patch("/api/radars/0/bodies/buoy", json={"speed_kn": speed})
+        await server.http.patch("/api/radars/0/own-ship", json={"course_deg": 70})
+        values = (await next_of(await server.open("/api/changes"), "commands"))["values"]
+        assert values["bodies"]["buoy"]["speed_kn"] == pytest.approx(4.0)
+        assert values["own_ship"]["course_deg"] == pytest.approx(70.0)
+
+
+@pytest.mark.parametrize("truth", [False, True])
+async def test_commands_and_errors_are_told_to_those_who_may_know_the_truth(truth: bool) -> None:
+    async with playing(steerable(allow_truth=truth), access=Access(COMMAND, READ)) as server:
+        knowing = await server.open("/api/changes", authorization=f"Bearer {COMMAND}")
+        reading = await server.open("/api/changes", authorization=f"Bearer {READ}")
+        bearer = {"authorization": f"Bearer {COMMAND}"}
+        await server.http.patch("/api/radars/0/bodies/buoy", json={"speed_kn": 5}, headers=bearer)
+        await server.http.patch("/api/radars/0/errors", json={"gyro": {"bias_deg": 3}}, headers=bearer)
+        seen = []
+        while not {"commands", "errors"} <= {change["kind"] for change in seen if change["values"]}:
+            seen.append(json.loads(await knowing.text()))
+        secrets = {change["kind"]: change["values"] for change in seen}
+        assert secrets["commands"]["bodies"]["buoy"]["speed_kn"] == pytest.approx(5.0)
+        assert secrets["errors"]["gyro"]["bias_deg"] == 3
+        await server.http.patch("/api/radars/0/controls", json={"rain": 12}, headers=bearer)
+        told = []
+        while not told or told[-1]["values"] != {"rain": 12.0}:
+            told.append(json.loads(await reading.text()))
+        assert ({"commands", "errors"} & {change["kind"] for change in told} == {"commands", "errors"}) is truth
+        assert truth or not {"commands", "errors"} & {change["kind"] for change in told}
+
+
+async def test_a_stranger_is_told_nothing() -> None:
+    async with playing(access=Access(COMMAND, READ)) as server:
+        with pytest.raises(Closed):
+            await server.open("/api/changes")
+
+
+async def test_a_client_that_does_not_read_is_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(websockets, "MAX_WAITING", 5)
+    monkeypatch.setattr(port_host, "LOOK", 0.01)
+    monkeypatch.setattr(conversation, "GRACE", 60.0)  # s: on a busy machine the changes after the sixth take longer than 1 s
+    async with playing() as server:
+        deaf = await server.open("/api/changes")
+        hearing = await server.open("/api/changes")
+        for rain in range(1, 12):
+            await server.http.patch("/api/radars/0/controls", json={"rain": rain})
+            while (await next_of(hearing, "controls"))["values"].get("rain") != rain:
+                pass
+        with pytest.raises(Closed) as closed:
+            while True:
+                last = json.loads(await deaf.text())
+        assert closed.value.code == TOO_SLOW and last == {"type": "bye", "reason": websockets.BEHIND}
+
+
+async def test_the_state_of_many_radars_is_no_reason_to_end_a_client(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(websockets, "MAX_WAITING", 3)
+    monkeypatch.setattr(websockets.ChangeFeed, "take", lambda feed, change: None)  # nothing but the state
+    async with playing(*(station(steerable_scene(), str(k)) for k in range(4))) as server:
+        client = await server.open("/api/changes")
+        got = [json.loads(await client.text()) for _ in range(4 * 3)]
+        assert {(change["radar"], change["kind"]) for change in got} >= {
+            (str(k), kind) for k in range(4) for kind in ("status", "scene", "controls")
+        }

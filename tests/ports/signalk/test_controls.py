@@ -9,7 +9,7 @@ from fastapi import HTTPException
 from radar_service.ports.signalk.controls import CONTROLS, control_of, own_change, ranges
 from radar_service.service.controls import ControlError
 from radar_service.service.settings import Settings
-from radar_service.world.outline import outline_of
+from radar_service.world.scene import outline_of
 from tests.service.fake import scene
 
 SMALL, LARGE = outline_of(scene()), outline_of(scene(range_max_m=7500.5))

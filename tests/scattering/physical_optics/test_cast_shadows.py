@@ -67,12 +67,12 @@ def test_a_wall_hides_the_foot_of_a_plate_from_the_mirrored_antenna() -> None:
 
 
 def test_no_body_that_casts_a_shadow_is_missed() -> None:
-    """300 boxes about the line of sight over the curved sea: whichever hides one of 200 points of the plate has triangles in the
+    """150 boxes about the line of sight over the curved sea: whichever hides one of 200 points of the plate has triangles in the
     shadows, direct or by the sea; each point is in them if it is in the oracle's picture of the box."""
     rng, setting = np.random.default_rng(3), Setting(wavelength=0.1, antenna_height=15.0, earth_radius=EARTH)
     points = np.stack([rng.uniform(-4, 4, 200), np.full(200, 2000.0), rng.uniform(0.01, 6.0, 200)], axis=1)
     ahead, seen = np.array([0.0, 1.0]), 0
-    for _ in range(300):
+    for _ in range(150):
         size, place = (
             rng.uniform(0.5, 40.0, 3) * (1.0, 1.0, 0.3),
             np.array([rng.uniform(-40, 40), rng.uniform(50, 1900), 0.0]),
@@ -90,7 +90,7 @@ def test_no_body_that_casts_a_shadow_is_missed() -> None:
             inside = (side > 1e-6 * np.linalg.norm(along, axis=1)).all(axis=1)  # 2 mm at 2 km from an edge
             assert not lit(shadows, points)[inside].any()
             seen += int(inside.any())
-    assert seen > 40  # of 600 pairs of a box and a leg
+    assert seen > 20  # of 300 pairs of a box and a leg
 
 
 def test_a_mast_through_a_roof_shows_what_stands_above_it() -> None:

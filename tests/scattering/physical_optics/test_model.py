@@ -1,7 +1,6 @@
 """Physical optics as a scattering model: bodies over the sea, in the water and in shadow, element by element."""
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,12 +12,11 @@ from radar_service.propagation.multipath import reflected_field_ratio, specular_
 from radar_service.propagation.radar_equation import elevation_gain
 from radar_service.propagation.sea_surface import miller_brown, rms_wave_height
 from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext
+from radar_service.scattering.model import BearingWedge, BodyEchoes
 from radar_service.scattering.physical_optics.model import PhysicalOptics, optical_bodies
-from radar_service.trace.embree import RayCount
-from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.poses import pose_at
 from tests.scattering.physical_optics.meshes import WAVELENGTH, decibels
+from tests.scattering.test_fixed_scatterers import build, instant
 from tests.scenes import scene
 
 K = 2 * np.pi / WAVELENGTH
@@ -27,16 +25,6 @@ PLATE = {"name": "p", "shape": "plate", "width_m": 0.5, "height_m": 0.3, "positi
 CORNER = {"name": "c", "shape": "trihedral", "edge_m": 0.5, "position_m": [0, 900, 15], "heading_deg": 180,
           "scattering": "optics"}  # fmt: skip
 FLAT = {"earth": "flat"}  # over the sea where multipath is added
-
-
-def build(made: rs.Scene) -> PhysicalOptics:
-    antenna = made.antenna(0.0)[0]
-    context = ScatteringContext(made.radar, PRESETS["balanced"], 3, antenna, made.environment, made.bodies, np.inf)
-    return PhysicalOptics.build(made.bodies, np.arange(len(made.bodies)), context)
-
-
-def instant(made: rs.Scene, time: float = 0.0, rays: RayCount | None = None, **more: Any) -> Instant:
-    return Instant(time, OcclusionScene(made.bodies, np.inf, rays=rays), 1e5, **more)
 
 
 def field(made: rs.Scene, echoes: BodyEchoes, antenna: np.ndarray) -> complex:
@@ -49,22 +37,14 @@ def field(made: rs.Scene, echoes: BodyEchoes, antenna: np.ndarray) -> complex:
 def section_over_the_sea(made: rs.Scene, earth: float, state: int) -> float:
     """|sum of echoes|^2 [m^2] of all paths of the first body, at its own range."""
     antenna = made.antenna(0.0)[0]
-    context = ScatteringContext(made.radar, PRESETS["balanced"], 3, antenna, made.environment, made.bodies, earth)
-    echoes = PhysicalOptics.build(made.bodies[:1], np.arange(1), context).body_echoes(
-        0, antenna, Instant(0.0, OcclusionScene(made.bodies, earth), 1e5)
-    )
+    echoes = build(PhysicalOptics, made, earth=earth).body_echoes(0, antenna, instant(made, earth=earth))
     pose = pose_at(made.bodies[0], 0.0)
     position = map_from_body(echoes.position, pose.position, pose.heading)
     polar = polar_from_map(position, antenna, earth)
     geometry = specular_geometry(polar.distance, position[:, 2], float(antenna[2]), earth)
     ratio = reflected_field_ratio(geometry, WAVELENGTH, made.radar.polarization, rms_wave_height(state), miller_brown)
-    ratio = (
-        ratio
-        * np.exp(-1j * K * geometry.excess)
-        * np.sqrt(
-            elevation_gain(made.radar, geometry.elevation_reflected) / elevation_gain(made.radar, geometry.elevation_direct)
-        )
-    )
+    gains = [elevation_gain(made.radar, angle) for angle in (geometry.elevation_reflected, geometry.elevation_direct)]
+    ratio = ratio * np.exp(-1j * K * geometry.excess) * np.sqrt(gains[0] / gains[1])
     gain = elevation_gain(made.radar, polar.elevation) * (np.linalg.norm(pose.position - antenna) / polar.range) ** 2
     return float(abs(np.sum(echoes.amplitude * gain * ratio**echoes.path * np.exp(-2j * K * polar.range))) ** 2)
 
@@ -132,7 +112,7 @@ def test_a_plate_partly_hidden_loses_what_is_hidden(hidden: float, loss: float) 
     for bodies in ([plate], [plate, {**wall, "position_m": [edge, 500.5, 0]}]):
         made = scene(bodies, environment={**FLAT, "multipath": False})
         antenna = made.antenna(0.0)[0]
-        sections.append(abs(field(made, build(made).body_echoes(0, antenna, instant(made)), antenna)) ** 2)
+        sections.append(abs(field(made, build(PhysicalOptics, made).body_echoes(0, antenna, instant(made)), antenna)) ** 2)
     assert decibels(sections[1] / sections[0]) == pytest.approx(loss, abs=0.15)
 
 
@@ -140,7 +120,7 @@ def test_bodies_beside_a_sector_are_not_evaluated() -> None:
     bodies = [{**CORNER, "name": str(k), "position_m": [900 * np.sin(k), 900 * np.cos(k), 15]} for k in (0, 1, 3)]
     made = scene([{**body, "heading_deg": 180 + np.rad2deg(k)} for body, k in zip(bodies, (0, 1, 3), strict=True)])
     antenna = made.antenna(0.0)[0]
-    model = build(made)
+    model = build(PhysicalOptics, made)
     assert set(model.echoes(antenna, instant(made)).body.tolist()) == {0, 1, 2}
     sector = BearingWedge(antenna, 1.0, 0.2, 1.0)
     assert set(model.echoes(antenna, instant(made, wedge=sector)).body.tolist()) == {1}
@@ -149,7 +129,7 @@ def test_bodies_beside_a_sector_are_not_evaluated() -> None:
 def test_the_stated_maximum_holds_at_every_aspect() -> None:
     made = scene([CORNER], environment=FLAT)
     limit = PhysicalOptics.max_rcs(made.bodies[0], made.radar, PRESETS["balanced"])
-    model = build(made)
+    model = build(PhysicalOptics, made)
     for turn in np.linspace(0, 2 * np.pi, 19):
         antenna = np.array([2000 * np.sin(turn), 900 + 2000 * np.cos(turn), 500.0])
         power = abs(field(made, model.echoes(antenna, instant(made)), antenna)) ** 2

@@ -7,10 +7,6 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scattering.physical_optics.body_legs import BodyLeg
-from radar_service.scattering.physical_optics.model import OpticalBody
-from radar_service.world.poses import pose_at
-from tests.reference.compressed_pulse import sinc2_beam
 from tests.scattering.physical_optics.meshes import (
     WAVELENGTH,
     decibels,
@@ -23,7 +19,6 @@ from tests.scenes import point, scene
 
 RADAR = {"range_max_m": 1300, "azimuths": 360, "pulse_s": 2e-6}
 FLAT = {"earth": "flat"}
-K = 2 * np.pi / WAVELENGTH
 
 
 def energy_db(body: dict[str, Any], reference: dict[str, Any], folder: Path, **sections: Any) -> float:
@@ -46,7 +41,7 @@ def test_energy_along_range_is_the_cross_section(tmp_path: Path, name: str, rang
     dB.)"""
     axis = np.array([[1, -1, 0], [1, 1, 1], [1, 1, -2]]) / np.sqrt([[2], [3], [6]])  # rows: across, along the axis, other
     mesh, theory = {
-        "sphere": (sphere(0.5, 32), np.pi / 4),
+        "sphere": (sphere(0.3, 20), np.pi * 0.09),
         "corner": (trihedral(0.5, 2, False) @ axis.T, 4 * np.pi * 0.5**4 / (3 * WAVELENGTH**2)),
         "square corner": (trihedral(0.4, 3, True) @ axis.T, 12 * np.pi * 0.4**4 / WAVELENGTH**2),
         "plate": (plate(0.3, 0.3, 2), 4 * np.pi * 0.3**4 / WAVELENGTH**2),
@@ -54,51 +49,9 @@ def test_energy_along_range_is_the_cross_section(tmp_path: Path, name: str, rang
     write_obj(tmp_path / "body.obj", mesh)
     position = [0, range_m, 15]
     body = {"name": "b", "mesh": "body.obj", "scattering": "optics", "position_m": position, "heading_deg": 180, **motion}
-    nearest = range_m - 0.5 * (name == "sphere")  # its front
+    nearest = range_m - 0.3 * (name == "sphere")  # its front
     reference = point("p", 0, nearest, rcs_dbsm=0.0, **({**motion, "heading_deg": 180} if motion else {}))
     assert energy_db(body, reference, tmp_path) == pytest.approx(decibels(theory), abs=0.5)
-
-
-def test_a_plate_under_way_meets_a_recomputation_at_every_azimuth(tmp_path: Path) -> None:
-    """A plate of 5 m passing at 14 kn at 1000 m: within the beam's 3 dB the field follows one computed afresh for
-    every azimuth, in two scans alike. The aspect is that of the beam's middle; the beam takes 27 ms, so the plate is
-    0.1 m off it at either end and its edges turn by k 2.5 m 0.1 m / 1000 m = 0.05 rad: -29 dB there, times up to 1.5
-    on the slope of a lobe, less on average: -27 dB."""
-    write_obj(tmp_path / "body.obj", plate(5.0, 3.0, 1))
-    body = {"name": "b", "mesh": "body.obj", "scattering": "optics", "position_m": [3, 1000, 15], "heading_deg": 180,
-            "course_deg": 90, "speed_kn": 14}  # fmt: skip
-    made = rs.load_scene({"body": [body], "radar": {**RADAR, "azimuths": 1440}, "environment": FLAT}, folder=tmp_path)
-    sim = rs.Simulator(made)
-    scales = []
-    sim.scan()  # it begins in the middle of the beam
-    for scan in (sim.scan(), sim.scan()):
-        computed, recomputed = under_the_beam(made, scan)
-        assert len(computed) >= 8
-        scale = np.vdot(recomputed, computed) / np.vdot(recomputed, recomputed)
-        scales.append(scale)
-        assert decibels(float(np.sum(np.abs(computed - scale * recomputed) ** 2) / np.sum(np.abs(computed) ** 2))) < -27.0
-    # dB that a peak between two samples may lose at 1.5 samples per bandwidth (docs/accuracy.md#straddle-loss)
-    straddle = 1.65
-    assert decibels(float(abs(scales[1] / scales[0]) ** 2)) == pytest.approx(0.0, abs=straddle)
-
-
-def under_the_beam(made: rs.Scene, scan: rs.Scan) -> tuple[Any, Any]:
-    """The field in the strongest column within 3 dB of its peak, and the same by optics afresh for every azimuth, unscaled."""
-    column = int(np.argmax(scan.power.max(axis=0)))
-    computed = scan.field[:, column].astype(np.complex128)
-    inside = np.flatnonzero(np.abs(computed) > 0.71 * np.abs(computed).max())
-    body = OpticalBody.of(made.bodies[0], made.radar, 3)
-    fresh = []
-    for k in inside:
-        time = float(scan.time[k])
-        pose = pose_at(made.bodies[0], time)
-        leg = BodyLeg(False, pose, made.antenna(time)[0], np.inf)
-        (centres,) = body.echoes((leg,))
-        total = np.sum(centres.amplitude * np.exp(-2j * K * leg.length(centres.position)))
-        offset = scan.azimuth[k] - np.arctan2(pose.position[0], pose.position[1])
-        weight = sinc2_beam(np.array([(offset + np.pi) % (2 * np.pi) - np.pi]), made.radar.beamwidth)[0]
-        fresh.append(total * weight)
-    return computed[inside], np.array(fresh)
 
 
 @pytest.mark.parametrize("scattering", ["optics", "diffuse"])

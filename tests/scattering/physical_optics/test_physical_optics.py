@@ -116,7 +116,8 @@ def test_windows_hold_what_surrounds_the_antenna(place: Floats) -> None:
     angle = np.linspace(0.0, 2.0 * np.pi, 8, endpoint=False)
     ring = np.stack([20.0 * np.sin(angle), 20.0 * np.cos(angle), 20.0 + 0.0 * angle], axis=1) + place
     ahead, around = Windows.of(np.array([[[-2.0, 500.0, 0.0], [2.0, 500.0, 10.0]]]), FLAT), Windows.of(ring[None], FLAT)
-    assert bool(around.before(ahead)[0]) == (place[1] > -100.0)
+    aside = np.abs(wrap_angle(around.middle - ahead.middle))
+    assert bool(aside[0] <= around.half[0] + ahead.half[0]) == (place[1] > -100.0)
 
 
 # scattering_centres: what legs weigh fields by, over what the nodes of a lattice have.

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces, aspect_seconds
 from radar_service.world.body import Mesh
-from radar_service.world.hull_types import hull_mesh
+from radar_service.world.shapes import hull_mesh
 from tests.scattering.physical_optics.meshes import ODD, sphere
 
 Floats = NDArray[np.float64]

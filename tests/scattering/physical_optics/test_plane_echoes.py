@@ -17,10 +17,10 @@ from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plane_echoes import EdgeLimits, Longest, PlaneEchoes, PlaneOptics, Wave
 from radar_service.scattering.physical_optics.plating import SPREAD, PlatedWalls
 from radar_service.world.body import Mesh, Plating
-from radar_service.world.hull_types import hull_mesh
 from radar_service.world.poses import MAP_POSE
+from radar_service.world.shapes import hull_mesh
 from tests.reference import narrow_beams
-from tests.scattering.physical_optics.meshes import WAVELENGTH, decibels, dihedral, plate, sheet, sphere, wedge
+from tests.scattering.physical_optics.meshes import WAVELENGTH, decibels, dihedral, plate, sheet
 from tests.scattering.physical_optics.test_planar_pieces import split, welded
 
 Floats = NDArray[np.float64]
@@ -60,39 +60,11 @@ def profile(echoes: PlaneEchoes, antenna: Floats, water: float, first: float, co
     return np.asarray(np.exp(-2.0 * np.log(2.0) * away**2) @ (echoes.amplitude * np.power(BY_SEA, echoes.ways)))
 
 
-def corner(a: float, sides: int, n: int = 1) -> Mesh:
-    """So many squares between the positive axes, each of 2 n^2 triangles."""
+def corner(a: float, sides: int) -> Mesh:
+    """So many squares between the positive axes."""
     x, y, z = a * np.eye(3)
     zero = [0, 0, 0]
-    return welded(np.concatenate([sheet(zero, x, z, n), sheet(zero, z, y, n), sheet(zero, y, x, n)][:sides]))
-
-
-@pytest.mark.parametrize("polarization", "hv")
-@pytest.mark.parametrize("n", [1, 3])
-@pytest.mark.parametrize(
-    ("sides", "toward", "squares"),
-    [(1, (0, 1, 0), 4), (2, (1, 1, 0), 8), (3, (1, 1, 1), 12)],
-    ids=["plate", "dihedral", "trihedral"],
-)
-def test_plates_and_corners_have_their_closed_forms(
-    sides: int, toward: tuple[float, ...], squares: int, n: int, polarization: str
-) -> None:
-    """4, 8 and 12 pi a^4 / lambda^2, however cut. The single surfaces of a dihedral at 45 degrees add or take 0.04 dB."""
-    theory = decibels(squares * np.pi * 0.6**4 / WAVELENGTH**2)
-    assert cross_section_db(optics(corner(0.6, sides, n), 3, polarization), np.array(toward)) == pytest.approx(
-        theory, abs=0.05
-    )
-
-
-def test_a_triangular_trihedral_and_a_sphere_have_theirs() -> None:
-    """4 pi a^4 / 3 lambda^2 along the axis, to which single surfaces and pairs add 0.19 dB (brute force: the same to 0.01 dB),
-    and pi r^2 with facets that sag by lambda / 250."""
-    axes = 0.6 * np.eye(3)
-    triangles = np.concatenate([wedge([0, 0, 0], axes[i], axes[(i + 1) % 3], 2) for i in range(3)])
-    theory = decibels(4 * np.pi * 0.6**4 / (3 * WAVELENGTH**2))
-    assert cross_section_db(optics(welded(triangles)), np.ones(3)) == pytest.approx(theory + 0.19, abs=0.01)
-    ball = optics(welded(sphere(0.3, 24)), 1)
-    assert cross_section_db(ball, np.array([1.0, 0.3, 0.2])) == pytest.approx(decibels(np.pi * 0.09), abs=0.4)
+    return welded(np.concatenate([sheet(zero, x, z, 1), sheet(zero, z, y, 1), sheet(zero, y, x, 1)][:sides]))
 
 
 @pytest.mark.parametrize(("kind", "size"), [("fishing", (30.0, 6.0, 6.3)), ("ferry", (120.0, 22.0, 25.0))])
@@ -136,7 +108,7 @@ def test_what_is_faint_is_left_out_by_its_share_of_the_usual_cell() -> None:
 @pytest.mark.parametrize("polarization", ["h", pytest.param("v", marks=pytest.mark.study)])
 def test_a_boat_meets_brute_force(polarization: str) -> None:
     """A house with a mast on a deck, leaning toward the antenna, half under water, over the sea by four paths in S band. Its
-    cells have 0.4 to 1 m, and beams of 2.4 mm at rims err by 0.01 m. (A deck at grazing has noisier rims.)"""
+    cells have 0.4 to 1 m, and beams of 4 mm at rims err by 0.02 m at most. (A deck at grazing has noisier rims.)"""
     deck = sheet([-1, -2, 0.4], [2, 0, 0], [0, 4, 0], 1)
     house = np.concatenate(
         [sheet([-0.6, 0, 0.3], [1.2, 0, 0], [0.05, 0.02, 1.0], 1), sheet([-0.6, 0, 0.3], [0, 1, 0], [0.02, 0.03, 1.1], 1)]
@@ -147,7 +119,7 @@ def test_a_boat_meets_brute_force(polarization: str) -> None:
     roll = np.array([[1.0, 0.0, -0.15], [0.0, 1.0, -0.25], [0.15, 0.25, 1.0]])
     triangles = np.concatenate([deck, house, mast, sheet([-1, -2, -0.3], [2, 0, 0], [0, 0, 0.7], 1)]) @ roll.T
     antenna = np.array([-120.0, -260.0, 15.0])
-    brute = narrow_beams.profile(triangles, antenna, 0.012, polarization=polarization, water=0.05, wavelength=0.0983)
+    brute = narrow_beams.profile(triangles, antenna, 0.02, polarization=polarization, water=0.05, wavelength=0.0983)
     exact = brute.cells(7.5, 1.875, 260.0, 30, BY_SEA)
     fields = profile(seen(optics(welded(triangles), 3, polarization, 0.0983), antenna, 0.05), antenna, 0.05, 260.0, 30)
     assert np.abs(fields - exact).max() < 0.02 and np.abs(exact).max() > 0.3
@@ -168,7 +140,7 @@ def test_screens_take_from_a_corner_what_brute_force_says(screen: Floats) -> Non
     whole, shaded = (
         seen(optics(welded(mesh)), antenna).amplitude.sum() for mesh in (walls, np.concatenate([walls, screen]))
     )
-    brute = narrow_beams.profile(np.concatenate([walls, screen]), antenna, 0.004).field[0].sum()
+    brute = narrow_beams.profile(np.concatenate([walls, screen]), antenna, 0.008).field[0].sum()
     assert abs(shaded - brute) < 0.01 * abs(whole)
     assert abs(shaded - whole) > 0.2 * abs(whole)
 
@@ -183,7 +155,7 @@ def test_no_ray_comes_through_the_bottom_of_a_hull() -> None:
     mesh = np.concatenate([hull, sheet([-1.0, 0.0, 0.3], [2.0, 0, 0], [0, 0, 1.6], 1)])
     antenna = np.array([0.7, -60.0, 15.0])
     echoes = seen(optics(welded(mesh), 1), antenna, 0.0, 0.3)
-    brute = narrow_beams.profile(mesh, antenna, 0.024, bounces=1, water=0.0).field.sum(axis=1)
+    brute = narrow_beams.profile(mesh, antenna, 0.04, bounces=1, water=0.0).field.sum(axis=1)
     for way in range(3):
         assert abs(echoes.amplitude[echoes.ways == way].sum() - brute[way]) < 0.01 * np.abs(brute).max()
 
@@ -282,19 +254,6 @@ def test_a_dented_wall_is_the_sum_of_its_elements(turn_deg: float) -> None:
     lean = Rotation.from_euler("yx", [7.0, -5.0], degrees=True).as_matrix()
     leaning = seen(body.rotated(lean), lean @ antenna, longest=1.8).amplitude.sum()
     assert abs(leaning) == pytest.approx(field, abs=1e-6 * 180.0 * most)
-
-
-def test_dents_of_no_depth_and_far_from_the_normal_change_nothing() -> None:
-    """Far off to the last bit. Strips without depth sum to the flat wall, but for the bend of its larger triangles."""
-    body = plated(welded(plate(30.0, 6.0, 1)), 0.004)
-    assert body.walls is not None
-    smooth = dataclasses.replace(body, walls=dataclasses.replace(body.walls, drawn=0.0 * body.walls.drawn))
-    flat = dataclasses.replace(body, walls=None)
-    for turn_deg, most in ((0.5, 3e-4), (3.0, 3e-6), (15.0, 0.0)):
-        antenna = 2000.0 * np.array([np.sin(np.radians(turn_deg)), np.cos(np.radians(turn_deg)), 0.002])
-        fields = [seen(each, antenna, longest=1.8).amplitude for each in (smooth, flat, body)]
-        assert abs(fields[0].sum() - fields[1].sum()) <= most * 2.0 * np.sqrt(np.pi) * 180.0 / WAVELENGTH
-        assert np.array_equal(fields[1], fields[2]) == (most == 0.0)
 
 
 def test_a_bounce_keeps_the_coherent_part_of_each_plated_wall() -> None:

@@ -1,5 +1,6 @@
 """The short modules of scene_file/checks, each under its name."""
 
+import contextlib
 import math
 from pathlib import Path
 from typing import Any
@@ -8,9 +9,21 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.scene_file.checks.mesh_findings import axis_findings, mesh_notes, mesh_warnings
+from radar_service.scattering.physical_optics import model
+from radar_service.scene_file.checks.mesh_findings import (
+    LONGEST,
+    MAX_OPTICS_AREA,
+    axis_findings,
+    check_optics_area,
+    mesh_notes,
+    mesh_warnings,
+    metres,
+    size_findings,
+)
+from radar_service.scene_file.checks.validity import nearest_point, surfaces_above
 from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.model.body import MeshBodyModel
+from radar_service.scene_file.model.body import MeshBodyModel, ShapeBodyModel
+from radar_service.world.error import SceneError
 from radar_service.world.poses import pose_at
 from radar_service.world.shapes import box
 from tests.scenes import point, scene
@@ -18,11 +31,6 @@ from tests.scenes import point, scene
 # mesh_findings: each finding once, open edges of many meshes in one line, holes in height maps as warnings.
 OPEN, WINDING = "not watertight (3 open edges)", "winding inconsistent across 2 edges"
 HOLES, KEPT = "7 samples without data become sea", "6 of 200 triangles kept, those above the sea and within radar coverage"
-
-
-def test_a_mesh_without_findings_gives_no_sentence() -> None:
-    meshes = [("body[0].mesh", "a.obj", ())]
-    assert [*mesh_notes(meshes), *mesh_warnings(meshes)] == []
 
 
 def test_a_single_open_mesh_is_noted_with_its_edges() -> None:
@@ -185,3 +193,205 @@ def test_a_ship_mostly_under_water_is_noted(height: float, noted: bool) -> None:
 def test_the_hint_adds_to_a_turn_that_is_there() -> None:
     (finding,) = axis_findings(body(speed_kn=5, mesh_heading_deg=-60), LONG_IN_X)
     assert "mesh_heading_deg = 30" in finding
+
+
+# mesh_findings: sizes that no ship, building or mountain has are warnings; metal that is too large is refused.
+COASTER = Path(rs.__file__).parents[1] / "scenes"
+
+
+def found(size: tuple[float, float, float], *, afloat: bool = True, **keys: Any) -> list[str]:
+    body = MeshBodyModel.model_validate({"name": "b", "mesh": "b.obj", **keys})
+    return list(size_findings(body, np.array(size, dtype=np.float64), afloat))
+
+
+@pytest.mark.parametrize(
+    ("size", "keys", "finding"),
+    [
+        ((60, 500, 40), {}, ""), ((60, 501, 40), {}, "501 m long"), ((501, 60, 40), {}, "501 m long"), ((1, 1, 1), {}, ""),
+        ((0.2, 0.9, 0.2), {}, "0.9 m long"), ((13000, 88000, 21500), {}, "88000 m long, and ships have 1 to 500 m: set scale"),
+        ((501, 60, 40), {"afloat": False}, ""), ((9e4, 9e4, 999), {"afloat": False, "material": "building"}, ""),
+        ((9e4, 9e4, 1001), {"afloat": False, "material": "building"}, "1001 m high, and no building has more than 1000 m: set"),
+        ((9e4, 9e4, 8849), {"afloat": False, "material": "rock"}, ""),
+        ((9e4, 9e4, 9001), {"afloat": False, "material": "rock"}, "9001 m high, and no rock has more than 9000 m"),
+    ],
+)  # fmt: skip
+def test_sizes_of_meshes(size: tuple[float, float, float], keys: dict[str, Any], finding: str) -> None:
+    assert [text[: len(finding)] for text in found(size, **keys)] == [finding] * bool(finding)
+
+
+@pytest.mark.parametrize(
+    ("ais", "keys"),
+    [
+        ({"length_m": 100}, []), ({"length_m": 80}, []), ({"length_m": 79}, ["length_m"]), ({"length_m": 126}, ["length_m"]),
+        ({"length_m": 100, "beam_m": 30}, ["beam_m"]), ({"length_m": 0}, []), ({}, []),
+    ],
+)  # fmt: skip
+def test_a_mesh_is_compared_with_what_ais_says(ais: dict[str, Any], keys: list[str]) -> None:
+    """The mesh is 100 m long and 20 m wide; 0 is no length. A shape is compared too."""
+    texts = found((20, 100, 9), mmsi=299000001, ais=ais)
+    assert [text.split("where ais.")[1].split()[0] for text in texts] == keys
+    assert all(text.endswith(f"or correct ais.{key}") and "set scale" in text for text, key in zip(texts, keys, strict=True))
+    hull = {"name": "h", "shape": "hull", "length_m": 100, "beam_m": 20, "height_m": 9, "position_m": [0, 900, 0]}
+    scene = rs.load_scene({"body": [{**hull, "mmsi": 299000001, "ais": ais}]})
+    assert [warning.split(": ")[0] for warning in scene.warnings] == ["body[0]"] * bool(keys)
+
+
+def test_a_height_map_is_land_and_a_large_one_of_metal_is_refused(tmp_path: Path) -> None:
+    np.save(tmp_path / "h.npy", np.full((3, 3), 20.0))
+    table = {"name": "shore", "heightmap": "h.npy", "extent_m": [2000, 1000], "position_m": [0, 900, 0]}
+    assert rs.load_scene({"body": [table]}, folder=tmp_path).bodies[0].material.name == "land"
+    with pytest.raises(
+        SceneError, match=r"^body\[0\]: shore is 2000 m .* km2 of steel; .*: set material = \"land\", or give"
+    ):
+        rs.load_scene({"body": [table | {"material": "steel"}]}, folder=tmp_path)
+
+
+def test_a_mesh_in_millimetres_is_refused_before_it_is_computed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """At rest, under way, in a seaway, and as a platform; of shapes the keys of their sizes are named."""
+    monkeypatch.setattr(model, "outward_side", lambda *_: pytest.fail("it is computed"))
+    ship = {"name": "coaster", "mesh": "coaster.obj", "scale": 1000, "position_m": [3000, 4000, 0]}
+    for keys in ({}, {"speed_kn": 10}):
+        with pytest.raises(
+            SceneError, match=r"body\[0\]: coaster is 88000 m large, .* of steel; at most 1 km2 .*: set scale"
+        ):
+            rs.load_scene({"environment": {"sea_state": 3, "seaway": True}, "body": [{**ship, **keys}]}, folder=COASTER)
+    slab = {"name": "b", "shape": "box", "length_m": 3000, "width_m": 400, "height_m": 50, "position_m": [0, 4000, 0]}
+    with pytest.raises(
+        SceneError, match=r"3000 m large, with 2.74 km2 .*: correct length_m, width_m, height_m, or give scatt"
+    ):
+        rs.load_scene({"body": [slab]})
+
+
+def test_a_huge_body_that_is_no_metal_works_with_a_warning_before_all_others() -> None:
+    ship = {"name": "coaster", "mesh": "coaster.obj", "scale": 1000, "material": "wood", "speed_kn": 10}
+    scene = rs.load_scene({"body": [{**ship, "position_m": [3000, 4000, 0]}]}, folder=COASTER)
+    assert scene.warnings[0].startswith(
+        "body[0].mesh: coaster.obj: 88000 m long, and ships have 1 to 500 m: set scale to the"
+    )
+    assert len(scene.warnings) == 2 and "antenna is inside" in scene.warnings[1]
+
+
+def test_metal_is_limited_by_its_surface_beyond_the_longest_ship() -> None:
+    """A bridge of 2 km is allowed, and whatever is no longer than LONGEST."""
+    body = ShapeBodyModel.model_validate({"name": "b", "shape": "box", "length_m": 1, "width_m": 1, "height_m": 1})
+    for sides, refused in (
+        ((2000.0, 30.0, 5.0), False), ((LONGEST, LONGEST, 400.0), False), ((LONGEST + 1, LONGEST, 400.0), True),
+    ):  # fmt: skip
+        mesh = box(*sides)
+        assert (2.0 * (sides[0] * sides[1] + (sides[0] + sides[1]) * sides[2]) > MAX_OPTICS_AREA) is (sides[2] == 400.0)
+        with pytest.raises(SceneError, match="physical optics") if refused else contextlib.nullcontext():
+            check_optics_area(body, mesh, np.ptp(mesh.vertices, axis=0), "body[0]")
+
+
+def test_lengths_have_no_exponents() -> None:
+    assert [metres(value) for value in (0.73485, 26.46, 99.96, 1004.9, 88000.0, 251300.4)] == [
+        "0.735", "26.5", "100", "1005", "88000", "251300",
+    ]  # fmt: skip
+
+
+# validity: bodies in unusual positions.
+BOX = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 8, "rcs_dbsm": 40}
+
+
+def plateau(folder: Path, *bodies: dict[str, Any], radar: Any = None, **sections: Any) -> rs.Scene:
+    """Land 30 m high, 400 m square, 700 m to the north, rising from the sea within 50 m."""
+    heights = np.full((9, 9), 30.0)
+    heights[[0, -1]] = heights[:, [0, -1]] = -1.0
+    np.save(folder / "land.npy", heights)
+    land = {"name": "land", "heightmap": "land.npy", "extent_m": [400, 400], "position_m": [0, 700, 0], "material": "land"}
+    small = {"range_max_m": 1200, "azimuths": 90, "beamwidth_deg": 8}
+    radars = [small | each for each in radar] if isinstance(radar, list) else small | (radar or {})
+    return rs.load_scene({"radar": radars, "body": [land, *bodies], **sections}, folder=folder)
+
+
+def test_bodies_under_the_ground_give_a_warning(tmp_path: Path) -> None:
+    made = plateau(
+        tmp_path,
+        {"name": "cellar", **BOX, "position_m": [10, 700, 5]},
+        {"name": "house", **BOX, "position_m": [10, 700, 25]},
+        {"name": "half out", **BOX, "length_m": 300, "position_m": [10, 800, 5]},
+        {"name": "beside", **BOX, "position_m": [300, 700, 0]},
+        point("treasure", 20, 690, 29.9),
+        point("bird", 20, 690, 30.1),
+    )
+    assert [w for w in made.warnings if "ground" in w] == [
+        "body[1]: cellar is under the ground of land, so it has no echo; raise it",
+        "body[5]: treasure is under the ground of land, so it has no echo; raise it",
+    ]
+
+
+@pytest.mark.parametrize("speed_kn", [0.0, 10.0])
+def test_bodies_under_the_ground_have_no_echo(tmp_path: Path, speed_kn: float) -> None:
+    """60 dBsm 2 m under a field changes no byte; 2 m over it, it outshines all else."""
+    fields = []
+    for up in (None, 28.0, 32.0):
+        buried = [] if up is None else [point("t", 0, 600, up, 60.0, speed_kn=speed_kn, course_deg=90)]
+        fields.append(rs.Simulator(plateau(tmp_path, *buried)).scan().field)
+    assert np.isfinite(fields[1]).all()
+    np.testing.assert_array_equal(fields[1], fields[0])
+    assert np.abs(fields[2]).max() > 10 * np.abs(fields[0]).max()
+
+
+def test_unusual_positions_give_a_warning_and_others_do_not() -> None:
+    box = {"shape": "box", "length_m": 20, "width_m": 20, "height_m": 40}
+    made = scene(
+        [
+            {"name": "around", **box},
+            {"name": "beside", **box, "position_m": [30, 0, 0]},
+            {"name": "overhead", "shape": "plate", "width_m": 9, "height_m": 9, "position_m": [0, 50, 30]},
+            {"name": "sunk", **box, "position_m": [300, 0, -41]},
+            {"name": "awash", **box, "position_m": [300, 0, -39]},
+            point("drowned", 100, 100, -0.1),
+            point("touching", 0.3, 0, 15.4),
+            point("near", 1.0, 0, 15.0),
+        ]
+    )
+    assert [w.split(":")[0] + w.split(";")[0][8:] for w in made.warnings] == [
+        "body[0] the antenna is inside or under around, which occludes all other bodies",
+        "body[3] sunk is entirely below the sea, so it has no echo",
+        "body[5] drowned is entirely below the sea, so it has no echo",
+        "body[6] touching is 0.5 m from the antenna",
+    ]
+
+
+def test_plumb_lines_count_surfaces_once() -> None:
+    """Two square floors of two triangles each: the line falls on their diagonals, and counts one triangle of each."""
+    corners = np.array([[-1.0, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
+    vertices = np.concatenate([corners, corners + [0, 0, 5]])
+    faces = np.array([[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    assert [surfaces_above(vertices, faces, np.array([0.0, 0.0, up])) for up in (-1.0, 2.0, 6.0)] == [2, 1, 0]
+    assert surfaces_above(vertices, faces, np.array([3.0, 0.0, -1.0])) == 0
+
+
+@pytest.mark.parametrize(
+    ("east_north", "height", "words"),
+    [
+        ((0, 700), 40.0, "own ship is on land, which land has below its antenna; move it to the water, or give the radar a"),
+        ((0, 700), 15.0, "the antenna is inside or under land"), ((190, 700), 15.0, "own ship is on land"), ((0, 400), 15.0, ""),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("speed_kn", [0.0, 5.0])
+def test_own_ship_on_land_gives_a_warning(
+    tmp_path: Path, east_north: tuple[float, float], height: float, words: str, speed_kn: float
+) -> None:
+    """The land is 30 m high, and at its border some 5 m."""
+    own_ship = {"position_m": east_north, "speed_kn": speed_kn}
+    made = plateau(tmp_path, radar={"height_m": height}, own_ship=own_ship)
+    assert [words in warning for warning in made.warnings] == [True] * bool(words)
+
+
+def test_a_shore_station_may_stand_on_land_and_a_ship_below_a_bridge_on_water(tmp_path: Path) -> None:
+    station = [{"id": "vts", "height_m": 40.0, "platform": {"position_m": [0, 700]}}]
+    assert plateau(tmp_path, radar=station).warnings == ()
+    deck = {"name": "bridge", "shape": "box", "length_m": 9, "width_m": 900, "height_m": 2, "material": "concrete"}
+    assert not any("on land" in warning for warning in plateau(tmp_path, {**deck, "position_m": [0, 0, 50]}).warnings)
+    assert any("own ship is on land" in warning for warning in plateau(tmp_path, deck, radar={"height_m": 9.0}).warnings)
+
+
+def test_the_nearest_point_lies_on_an_edge_at_a_corner_or_below() -> None:
+    vertices = np.array([[0.0, 0.0, 5.0], [10.0, 0.0, 5.0], [0.0, 10.0, 5.0]])
+    faces = np.array([[0, 1, 2]])
+    for place, nearest in (
+        ((5.0, -3.0), (5.0, 0.0)), ((-3.0, -4.0), (0.0, 0.0)), ((10.0, 10.0), (5.0, 5.0)), ((2.0, 3.0), (2.0, 3.0)),
+    ):  # fmt: skip
+        np.testing.assert_allclose(nearest_point(vertices, faces, np.array([*place, 7.0])), [*nearest, 7.0], atol=1e-12)

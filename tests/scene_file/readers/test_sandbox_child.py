@@ -17,8 +17,6 @@ FILE = MeshFile(exported("stl"), "a.stl", "here")
 REACH_OUT = """
 import json, os, socket, sys
 from radar_service.processes import limits
-from radar_service.scene_file.readers import sandbox_child as child
-child.warm_up()
 kept = os.dup(1)
 limits.limit_memory(2**30)
 limits.forbid_access()

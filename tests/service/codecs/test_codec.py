@@ -10,14 +10,13 @@ from radar_service.ports.app import create_app
 from radar_service.ports.port_host import PortHost
 from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.records.truth import Truth
-from radar_service.service.access import Access
 from radar_service.service.codecs.codec import CODECS, Codec
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import Epoch, RadarInfo, SpokeBatch
-from tests.ports.asgi import PATIENCE, Closed, Server, Socket, running
+from tests.ports.asgi import PATIENCE, Server, Socket, running
 from tests.service.fake import FakeEngine, factory, scene
 
 PortHost((SignalKPort(),))  # its codec joins
@@ -118,13 +117,3 @@ def play(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 def test_a_registered_codec_has_a_feed(monkeypatch: pytest.MonkeyPatch) -> None:
     assert " ".join(play(monkeypatch)).split() == [str(n) for n in range(7)]
-
-
-async def test_its_feed_needs_the_token_too(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(CODECS, "numbers", NumbersCodec())
-    access = Access("command-" * 3, "reading-" * 3)
-    only = Station("0", FakeEngine(scene()), factory())
-    async with running(create_app([only], access=access)) as server:
-        with pytest.raises(Closed):
-            await server.open("/numbers/0")
-        await server.open("/numbers/0", authorization="Bearer " + "reading-" * 3)

@@ -13,7 +13,7 @@ from radar_service.processes.call import Progress
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.controls import ControlError
-from radar_service.service.radio.prefetch import SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.station import Station
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
@@ -115,20 +115,6 @@ class Late:
         return self.made[-1]
 
 
-async def test_the_radar_turns_on_while_an_engine_is_prepared() -> None:
-    late = Late()
-    async with playing(FAST, late) as (station, sink):
-        change = asyncio.create_task(station.change({"rpm": 48.0}))
-        await asyncio.to_thread(late.asked.wait, 10)
-        sent = sink.spokes
-        await asyncio.to_thread(sink.wait_for, lambda: sink.spokes > sent + 10 * AZIMUTHS)
-        late.ready.set()
-        await change
-        await asyncio.to_thread(sink.wait_for, lambda: sink.batches[-1].epoch is not sink.epochs[0])
-
-    goes_on(sink, 1)
-
-
 async def test_pause_standby_and_step_overtake_a_change_of_rpm() -> None:
     late = Late()
     async with playing(FAST, late) as (station, sink):
@@ -215,21 +201,6 @@ async def test_another_scene_comes_while_an_engine_is_prepared(swap_first: bool)
 
     last = sink.epochs[-1].info.scene
     assert (last.name, 60 / last.radar.rotation_period) == ("other", pytest.approx(48 if swap_first else 24))
-
-
-async def test_where_the_running_engine_fails_the_prepared_one_takes_over_at_once() -> None:
-    """At a standstill of time, so that no end of a scan comes; no client is sent away."""
-    turns, sink = threading.Semaphore(0), RecordingSink()
-    running = FakeEngine(scene(), dies_at=20, turns=turns)
-    station = Station("0", running, factory(), settings=FAST, sinks=[sink])
-    await station.start()
-    turns.release()
-    await asyncio.to_thread(sink.wait_for, lambda: sink.spokes == 5)
-    await station.change({"rpm": 48.0})
-    turns.release(100)
-    await asyncio.to_thread(sink.wait_for, lambda: len(sink.epochs) == 2 and sink.batches[-1].epoch is sink.epochs[1])
-    await station.stop()
-    assert sink.epochs[1].scene_request.rpm == 48 and "close" not in sink.names()
 
 
 async def test_a_change_that_fails_lets_the_radar_go_on() -> None:

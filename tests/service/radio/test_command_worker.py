@@ -28,9 +28,8 @@ from radar_service.service.radio.command_worker import (
     TooManyCommandsError,
     time_of_commands,
 )
-from radar_service.service.radio.group_clock import GroupClock
-from radar_service.service.radio.prefetch import SpokeWorker, prepared
-from radar_service.service.radio.scene_process import SceneProcessMaker
+from radar_service.service.radio.pacer import GroupClock
+from radar_service.service.radio.scene_process import SceneProcessMaker, SpokeWorker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
@@ -38,6 +37,7 @@ from radar_service.simulator import Simulator
 from radar_service.spoke_source import SpokeSource
 from radar_service.world.commands import Command, CommandError, CommandLog, NotSteerableError
 from radar_service.world.scene import Scene
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, RADAR, FakeEngine, factory
 from tests.service.radio.recording import SOON, RecordingSink
 
@@ -82,10 +82,7 @@ class Radars:
         total = self.sinks[radar].spokes + spokes
         self.transmitters[radar].pacer.step(spokes)
         self.sinks[radar].wait_for(lambda: self.sinks[radar].spokes >= total)
-        deadline = time.monotonic() + SOON
-        while not all(each.pacer.idle or each.state.fault for each in self.transmitters.values()):
-            assert time.monotonic() < deadline
-            time.sleep(0.001)
+        until(lambda: all(each.pacer.idle or each.state.fault for each in self.transmitters.values()))
 
     def run(self) -> None:
         """Lets all run as fast as they can."""
@@ -133,15 +130,6 @@ def test_one_command_acts_on_all_radars_at_one_time() -> None:
             assert sink.numbers == list(range(len(sink.numbers)))
             known = {batch.block.first: batch.block.commands for batch in sink.batches}
             assert all(count == 2 for first, count in known.items() if first > other.spoke + 1)
-
-
-def test_a_slow_radar_does_not_put_off_commands() -> None:
-    """Its next spoke comes in 5 s; the other's in 0.1 s."""
-    with on_air(fakes("bow", "slow")) as radars:
-        radars.stepped("bow", 3)
-        assert [sink.spokes for sink in radars.sinks.values()] == [3, 1]
-        command = radars.put("slow", "buoy", speed_kn=5)
-        assert command.time == pytest.approx(3 * 2.5 / AZIMUTHS) and command.spoke == 1
 
 
 def test_the_time_is_that_of_the_first_spoke_after_all_that_were_sent() -> None:

@@ -4,18 +4,18 @@ import contextlib
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 import pytest
 
 from radar_service.service.radio.command_worker import CommandWorker
-from radar_service.service.radio.group_clock import MAX_LEAD, GroupClock
-from radar_service.service.radio.pacer import Pacer
-from radar_service.service.radio.prefetch import prepared
+from radar_service.service.radio.pacer import MAX_LEAD, GroupClock, Pacer
+from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.settings import Pace, Settings
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene
 from tests.service.radio.recording import SOON, RecordingSink
 
@@ -57,13 +57,6 @@ def world(pace: Pace = PAUSED, slow: Any = None, fast: Any = None, **options: An
     finally:
         for radar in radars:
             radar.transmitter.stop(SOON)
-
-
-def until(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + SOON
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def settled(*radars: Radar) -> None:
@@ -165,4 +158,4 @@ def test_one_schedule_serves_all(monkeypatch: pytest.MonkeyPatch) -> None:
     assert other.delay(0.2, 0.2) == pytest.approx(0.2)
     one.sent(0.0)
     other.sent(0.1)
-    assert clock.front == 0.1 and woken == [0.0, 0.1] and one.schedule is other.schedule
+    assert clock.front == 0.1 and woken == [0.0, 0.1]

@@ -1,6 +1,5 @@
 """RunControl and the wait for spokes, on a clock that the test moves."""
 
-import math
 import threading
 from dataclasses import replace
 
@@ -45,11 +44,6 @@ def test_a_wait_lets_the_command_worker_know() -> None:
     assert answers == [False] and not pacer.waiting
 
 
-def test_as_fast_as_possible_waits_for_nothing() -> None:
-    pacer = Pacer(Settings(pace=Pace("run", math.inf)), lambda: 0.0)
-    assert pacer.wait_until_due(TIMES, pacer.run_control())
-
-
 @pytest.mark.parametrize("order", ["set", "step", "interrupt", "stop"])
 def test_an_order_ends_a_wait(order: str) -> None:
     pacer, answers = Pacer(Settings(pace=Pace("pause")), lambda: 0.0), list[bool]()
@@ -65,11 +59,11 @@ def test_an_order_ends_a_wait(order: str) -> None:
 def test_a_change_of_pace_makes_the_next_spoke_due_at_once_and_others_do_not() -> None:
     now = 0.0
     pacer = Pacer(Settings(), lambda: now)
-    assert pacer.schedule.delay(0.0, 0.0, 1.0) == 0.0
+    assert pacer.group_clock.schedule.delay(0.0, 0.0, 1.0) == 0.0
     pacer.set(replace(pacer.settings, transmit=False))
-    assert pacer.schedule.delay(0.0, 1.0, 1.0) == 1.0
+    assert pacer.group_clock.schedule.delay(0.0, 1.0, 1.0) == 1.0
     pacer.set(replace(pacer.settings, pace=Pace(factor=2.0)))
-    assert pacer.schedule.delay(0.0, 1.0, 1.0) == 0.0
+    assert pacer.group_clock.schedule.delay(0.0, 1.0, 1.0) == 0.0
 
 
 def test_waiting_for_a_condition_ends_with_it_or_with_the_radar() -> None:
@@ -82,15 +76,6 @@ def test_waiting_for_a_condition_ends_with_it_or_with_the_radar() -> None:
     assert not waiting.is_alive()
     pacer.stop()
     pacer.wait_for(lambda: False)  # returns
-
-
-def test_the_achieved_factor_is_measured() -> None:
-    now = 0.0
-    pacer = Pacer(Settings(), lambda: now)
-    assert pacer.reached() is None
-    for now in (0.0, 1.0, 2.0):
-        pacer.sent(3.0 * now)
-    assert pacer.reached() == pytest.approx(3.0)
 
 
 def test_nothing_is_due_while_it_is_held() -> None:

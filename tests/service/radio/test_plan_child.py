@@ -8,7 +8,7 @@ import pytest
 
 from radar_service.processes.channel import CAN_FORK, Channel
 from radar_service.processes.fork_server import ForkServer
-from radar_service.service.radio.plan_child import PlanChild
+from radar_service.service.radio.spare import PlanChild
 from tests.processes.test_fork_server import is_gone, until
 from tests.service.radio.recording import SOON
 
@@ -46,7 +46,8 @@ def dying(control: Channel, data: Channel) -> None:
 
     child = PlanChild.forked(die, (control, data))
     assert child is not None
-    until(lambda: child.measured() is None and not child.is_awaited)
+    os.wait()
+    assert child.measured() is None and child.measured() is None
     control.send("no plan")
     control.receive()
 
@@ -73,7 +74,7 @@ def test_a_process_that_measures_holds_no_channel_open(fork_server: ForkServer) 
     child.close()
 
 
-def test_one_that_dies_is_no_longer_awaited(fork_server: ForkServer) -> None:
+def test_one_that_dies_leaves_no_plan(fork_server: ForkServer) -> None:
     child = fork_server.child(dying)
     assert child.control.receive(SOON) == "no plan"
     child.close()

@@ -9,12 +9,13 @@ import pytest
 from radar_service.processes.call import Progress
 from radar_service.service.jobs import Cancelled
 from radar_service.service.radio import preparation
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
 from radar_service.service.radio.preparation import Preparations
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.transmitter import SceneChanged
 from radar_service.service.scene_request import SceneRequest, SceneSpokeSource
+from radar_service.spoke_source import SpokeSourceFault
 from radar_service.world.commands import Command
-from radar_service.world.outline import SceneOutline
+from radar_service.world.scene import SceneOutline
 from tests.service.fake import FakeEngine, factory, scene, steerable_scene
 
 FIRST, SECOND = SceneRequest({"name": "first"}), SceneRequest({"name": "second"})

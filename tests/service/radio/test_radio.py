@@ -50,8 +50,8 @@ def test_a_fault_comes_before_a_restart_and_that_before_a_pause() -> None:
 @pytest.mark.parametrize(("reached", "state"), [(0.96, "behind"), (0.98, "running")])
 def test_a_radar_below_its_pace_is_behind(reached: float, state: str) -> None:
     radar = station(clock=1.0)
-    radar.transmitter.pacer.schedule.sent(0.0, 0.0)
-    radar.transmitter.pacer.schedule.sent(1.0, reached)
+    radar.transmitter.pacer.group_clock.schedule.sent(0.0, 0.0)
+    radar.transmitter.pacer.group_clock.schedule.sent(1.0, reached)
     assert status.state(radar) == state and status.health(radar)["factor_reached"] == pytest.approx(reached)
 
 
@@ -91,13 +91,6 @@ def test_a_little_late_is_caught_up_and_much_too_late_is_not() -> None:
     assert schedule.slips == 0 and schedule.delay(2.0, 2.0, 1.0) == pytest.approx(0.0)
     schedule.delay(3.0 + 1.1 * LATE_LIMIT, 3.0, 1.0)
     assert schedule.slips == 1 and schedule.delay(3.0 + 1.1 * LATE_LIMIT, 4.0, 1.0) == pytest.approx(1.0)
-
-
-def test_after_a_restart_the_next_spoke_is_due_at_once() -> None:
-    schedule = Schedule()
-    schedule.delay(0.0, 0.0, 1.0)
-    schedule.restart()
-    assert schedule.delay(50.0, 1.0, 1.0) == 0.0 and schedule.slips == 0
 
 
 def test_the_factor_reached_is_measured_and_sinks_when_nothing_comes() -> None:
@@ -153,22 +146,6 @@ def told(child: Child, number: float) -> tuple[bool, float]:
     return answer
 
 
-def test_a_spare_has_the_memory_of_the_moment_and_channels_of_its_own(child: Child) -> None:
-    first = spare_of(child)
-    assert told(child, 1) == (False, 6)
-    child.close()
-    until(lambda: is_gone(child.process))
-    first.control.send(RUN)
-    second = spare_of(first)
-    assert told(first, 10) == (True, 15)
-    second.control.send(RUN)
-    third = spare_of(second)
-    assert told(second, 100) == (True, 105)
-    for one in (first, second, third):
-        one.close()
-    until(lambda: all(is_gone(one.process) for one in (first, second, third)))
-
-
 def test_a_spare_ends_with_its_channel_or_when_it_is_told_anything_else(child: Child) -> None:
     first = spare_of(child)
     first.control.send("something else")
@@ -176,15 +153,6 @@ def test_a_spare_ends_with_its_channel_or_when_it_is_told_anything_else(child: C
         first.control.receive(SOON)
     assert told(child, 1) == (False, 6)
     first.close()
-
-
-def test_the_service_sees_the_end_of_a_process_that_has_a_spare(child: Child) -> None:
-    """The spare holds no ends of the process that forked it."""
-    spare = spare_of(child)
-    child.data.send("no number")  # which ends it by an error
-    with pytest.raises(EOFError):
-        child.data.receive(SOON)
-    spare.close()
 
 
 def test_a_spare_that_has_died_is_replaced(child: Child) -> None:

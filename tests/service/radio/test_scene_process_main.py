@@ -14,7 +14,7 @@ from radar_service.service.scene_request import ProcessSimulator, SceneRequest
 from radar_service.simulator import Simulator
 from radar_service.world.commands import Command
 from radar_service.world.error import SceneError
-from radar_service.world.outline import outline_of
+from radar_service.world.scene import outline_of
 from tests.service.fake import scene
 
 STEERABLE = {"radar": {"azimuths": 60, "beamwidth_deg": 8}, "own_ship": {"steerable": {}}}
@@ -58,22 +58,22 @@ def test_the_process_speaks_as_its_docstring_says(fork_server: ForkServer) -> No
     block, trees = child.data.receive(SOON)
     assert trees >= 0 and block["first"] == 120 and block["range"] is None and len(block["time"]) == 16
     assert block["commands"] == 1 and block["speed"][0] == pytest.approx(10 * KNOT)
-    child.data.send(Command(130, 130 * PERIOD, None, speed_kn=0.0))
+    child.data.send(("take", (Command(130, 130 * PERIOD, None, speed_kn=0.0),)))
     while block["commands"] < 2:
         block, _ = child.data.receive(SOON)
     assert (block["first"], block["speed"].max()) == (130, 0.0)
-    child.control.send(("truth", 3.0))
+    child.control.send(("truth", (3.0,)))
     succeeded, truth = child.control.receive(SOON)
     assert succeeded and truth.time == 3.0
-    child.control.send(("truth_lines", None))
+    child.control.send(("truth_lines", (None,)))
     _, [header] = child.control.receive(SOON)
     assert json.loads(header.text)["type"] == "header"
-    child.control.send(("truth_lines", 4))
+    child.control.send(("truth_lines", (4,)))
     _, [snapshot] = child.control.receive(SOON)
     assert json.loads(snapshot.text)["scan"] == 4 and snapshot.time == json.loads(snapshot.text)["time"]
-    child.control.send(("radiometric_lines", 4))
+    child.control.send(("truth_lines", (4, True)))
     assert child.control.receive(SOON) == (True, [snapshot])  # no body is crossed
-    for question in (("truth", "no time"), ("what", 1)):
+    for question in (("truth", ("no time",)), ("what", ())):
         child.control.send(question)
         succeeded, reason = child.control.receive(SOON)
         assert not succeeded and "Error" in reason

@@ -5,24 +5,22 @@ import math
 import threading
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from typing import Any
 
-import numpy as np
 import pytest
 
-from radar_service.display.video import Controls
 from radar_service.processes.call import Progress
 from radar_service.records.cell_sources import SourceList, SourceRequest
 from radar_service.service.radio.command_worker import NoRadarError
-from radar_service.service.radio.prefetch import SpokeWorker, prepared
 from radar_service.service.radio.radio_state import State, TakeOver
+from radar_service.service.radio.scene_process import SpokeWorker, prepared
 from radar_service.service.radio.transmitter import Transmitter
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings
 from radar_service.service.spokes import RadarInfo, SpokeBatch
 from radar_service.world.scene import Scene
-from tests.service.fake import AZIMUTHS, BINS, FakeEngine, factory, power_of, scene, steerable_scene
+from tests.processes.test_fork_server import until
+from tests.service.fake import AZIMUTHS, FakeEngine, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON, RecordingSink
 
 PAUSED = Settings(pace=Pace("pause", math.inf))
@@ -49,31 +47,12 @@ def stepped(transmitter: Transmitter, sink: RecordingSink, spokes: int) -> None:
     sink.wait_for(lambda: sink.spokes >= total)
 
 
-def test_spokes_are_sent_in_order_and_unencoded() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 2 * AZIMUTHS)
-    assert sink.numbers == list(range(2 * AZIMUTHS)) and transmitter.state.sent == 2 * AZIMUTHS
-    assert sink.calls[0] == ("open", transmitter.epoch.name)
-    for batch in sink.batches:
-        assert batch.first == batch.block.first and batch.epoch is sink.epochs[0]
-        np.testing.assert_array_equal(batch.block.power, power_of(batch.block.first + np.arange(len(batch)), BINS))
-
-
-def test_display_controls_act_from_the_next_batch_on() -> None:
-    with transmitting() as (transmitter, sink):
-        stepped(transmitter, sink, 3)
-        transmitter.pacer.set(replace(transmitter.pacer.settings, video=Controls(gain=80.0)))
-        stepped(transmitter, sink, 1)
-    assert sink.batches[0].video == Controls() and sink.batches[-1].video.gain == 80.0
-
-
 def test_a_radar_that_fails_too_often_closes_its_sinks_until_the_next_scene() -> None:
     failures: list[str] = []
     options: dict[str, Any] = {"engine": FakeEngine(scene(), dies_at=10), "make_spoke_source": factory(dies_at=0)}
     with transmitting(FLAT_OUT, restarts=2, on_failure=failures.append, **options) as (transmitter, sink):
         sink.wait_for(lambda: sink.calls[-1] == ("close", "RuntimeError: the wheel came off"))
-        while not failures:
-            time.sleep(0.001)
+        until(lambda: bool(failures))
         assert transmitter.state.fault == "RuntimeError: the wheel came off" and transmitter.state.restarts == 2
         transmitter.switch_to(prepared(FakeEngine(scene("second"))))
         sink.wait_for(lambda: len(sink.epochs) == 2 and sink.calls[-1][0] == "send")
@@ -138,14 +117,6 @@ def test_a_stopped_or_failed_radar_refuses_commands() -> None:
         assert transmitter.commands.put("buoy", lambda time: {"speed_kn": 5}).result(SOON).spoke > 0
     with pytest.raises(NoRadarError, match="stopping"):
         transmitter.commands.put("buoy", lambda time: {"speed_kn": 5})
-
-
-def until(condition: Callable[[], bool]) -> None:
-    """Waits for it. Raises AssertionError after SOON."""
-    deadline = time.monotonic() + SOON
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
 
 
 def going_on(transmitter: Transmitter, of: Scene, scans_later: int = 0) -> SpokeWorker:

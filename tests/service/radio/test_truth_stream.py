@@ -11,10 +11,10 @@ import pytest
 
 from radar_service.display.video import Controls
 from radar_service.service.radio import truth_stream
-from radar_service.service.radio.prefetch import SpokeSourceFault, SpokeWorker
+from radar_service.service.radio.scene_process import SpokeWorker
 from radar_service.service.radio.truth_stream import Follower, TruthStream
 from radar_service.service.spokes import NO_COMMANDS, Epoch, RadarInfo, SpokeBatch
-from radar_service.spoke_source import TruthLine
+from radar_service.spoke_source import SpokeSourceFault, TruthLine
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, scene, steerable_scene
 
 PERIOD = scene().radar.rotation_period

@@ -1,29 +1,21 @@
 """Which engine runs: restarts within their limit, and another engine that takes over."""
 
-import time
 from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from radar_service.processes.call import Progress
-from radar_service.service.radio.prefetch import SpokeSourceFault, prepared
+from radar_service.service.radio.scene_process import prepared
 from radar_service.service.radio.worker_supervisor import WorkerSupervisor
 from radar_service.service.scene_request import SceneRequest
+from tests.processes.test_fork_server import until
 from tests.service.fake import AZIMUTHS, FakeEngine, commanded, factory, scene, steerable_scene
 from tests.service.radio.recording import SOON
 
 
 def supervisor(**options: object) -> WorkerSupervisor:
     return WorkerSupervisor(FakeEngine(scene()), factory(**options))
-
-
-def test_a_restart_begins_with_the_given_scan() -> None:
-    engines = supervisor()
-    engines.restart(4)
-    block = engines.worker.take(SOON)
-    engines.stop(SOON)
-    assert block is not None and block.first == 4 * AZIMUTHS
 
 
 def test_a_restart_hands_on_the_plan() -> None:
@@ -62,21 +54,13 @@ def test_a_spare_goes_on_where_it_delivers(delivers: bool) -> None:
     engines.stop(SOON)
 
 
-def test_engines_that_fail_again_say_why() -> None:
-    with pytest.raises(SpokeSourceFault, match="RuntimeError: the wheel came off"):
-        supervisor(dies_at=0).restart(1)
-
-
 def test_the_last_pending_engine_wins_and_the_replaced_one_ends() -> None:
     engines = supervisor()
     replaced, last = (prepared(FakeEngine(scene(name))) for name in ("first", "last"))
     names = [engines.switch_to(worker) for worker in (replaced, last)]
     assert engines.pending and engines.pending_spoke_source.info.scene.name == "last" and names[0] != names[1]
     assert engines.take_over() == names[1] and last is engines.worker and not engines.pending
-    deadline = time.monotonic() + SOON
-    while replaced.is_alive:
-        assert time.monotonic() < deadline
-        time.sleep(0.001)
+    until(lambda: not replaced.is_alive)
     engines.stop(SOON)
     assert not last.is_alive
 

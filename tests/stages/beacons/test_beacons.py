@@ -129,12 +129,6 @@ def test_a_sart() -> None:
     assert made.power == pytest.approx(0.4, rel=0.01) and made.sensitivity == pytest.approx(1e-8)
 
 
-def test_on_a_mesh_it_stands_above_the_highest_point() -> None:
-    box = {"name": "b", "shape": "box", "length_m": 30, "width_m": 8, "height_m": 5, "racon": {"letter": "T"}}
-    made = scene([box]).bodies[0].effects.get("beacon")
-    assert made is not None and made.offset[2] == 5.5
-
-
 @pytest.mark.parametrize(
     "keys, message",
     [

@@ -6,10 +6,9 @@ import numpy as np
 import pytest
 
 import radar_service as rs
-from radar_service.propagation.attenuation import rain_db_per_km
+from radar_service.propagation.gas_and_rain import rain_db_per_km
 from radar_service.sources.numbers import BODY
-from radar_service.stages.clutter.effect import RAIN, RAIN_CELL
-from radar_service.stages.clutter.rain_cell import RainCells
+from radar_service.stages.clutter.effect import RAIN, RAIN_CELL, RainCells
 from radar_service.world.error import SceneError
 from tests.scenes import point, scene
 

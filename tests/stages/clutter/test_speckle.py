@@ -6,7 +6,6 @@ and Quegan, Understanding Synthetic Aperture Radar Images, 2004, ch. 5): w = pul
 a beamwidth. Where triangles are smaller than cells scatterers are spread more evenly than at random, and less is added.
 """
 
-import time
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -70,28 +69,3 @@ def test_intensity_of_the_balanced_preset_is_exponential(tmp_path: Path) -> None
     drawn = intensities(made, PRESETS["balanced"].scatterers_per_cell, range(4))
     away = stats.kstest(drawn, stats.expon().cdf).statistic
     assert away - stats.kstwo(len(drawn)).ppf(1 - LEVEL) < 0.02
-
-
-@pytest.mark.study
-def test_scatterers_per_cell_from_one_to_sixteen(tmp_path: Path) -> None:
-    """The table the presets' densities are chosen from; `pytest -m study -s`. Each moment within 5 sigma of theory."""
-    (tmp_path / "finer").mkdir()
-    made, finer = level_land(tmp_path), level_land(tmp_path / "finer", posts=161)
-    print(f"\none scatterer to a cell adds {excess(made):.3f} to <I^2>/<I>^2 = 2")
-    print("per cell  <I^2>/<I>^2  theory  on small triangles  as K of shape  Kolmogorov  mean [dB]  CPU s/scan")
-    means: list[float] = []
-    for per_cell in (1, 2, 4, 8, 16):
-        start = time.process_time()
-        fidelity = replace(PRESETS["balanced"], scatterers_per_cell=float(per_cell))
-        mean = np.mean([rs.Simulator(made, fidelity, seed).scan().power[:, 80:].sum() for seed in range(40)])
-        took = (time.process_time() - start) / 40
-        drawn = intensities(made, per_cell, range(40))
-        moment, theory = float(np.mean(drawn**2)), 2 + excess(made) / per_cell
-        away = stats.kstest(drawn, stats.expon().cdf).statistic
-        means.append(float(mean))
-        level = 10 * np.log10(mean / means[0])
-        even, shape = np.mean(intensities(finer, per_cell, range(40)) ** 2), 2 / (theory - 2)
-        print(
-            f"{per_cell:8d} {moment:12.3f} {theory:7.3f} {even:19.3f} {shape:14.1f} {away:11.4f} {level:10.2f} {took:11.3f}"
-        )
-        assert moment == pytest.approx(theory, abs=5 * 1.5 * np.sqrt(20 / len(drawn)))

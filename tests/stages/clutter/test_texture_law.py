@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from radar_service.stages.clutter.texture import FAR, TextureGains, TextureLaw, interpolation
+from radar_service.stages.clutter.texture import FAR, TextureGains, TextureLaw
 
 LAW = TextureLaw(20.0, 10.0, np.deg2rad(30.0), 0.0)
 
@@ -73,9 +73,3 @@ def test_zone_holds_all_columns_that_need_the_map_and_no_independent_rows_before
         first, last = gains.zone(start, start + 30)
         assert 0 < first < last <= gains.columns
         assert (far[:, :first] == 0).all() and (near[:, last:] < 1e-6).all()
-
-
-def test_interpolation_is_linear() -> None:
-    node = np.linspace(2.0, 6.0, 5)
-    at = np.array([2.0, 3.25, 5.9, 6.0])
-    np.testing.assert_allclose((3.0 * node + 1.0) @ interpolation(at, node), 3.0 * at + 1.0)

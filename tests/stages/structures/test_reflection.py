@@ -6,7 +6,7 @@ import pytest
 from radar_service.numerics.types import Floats
 from radar_service.radar.aperture import Aperture, aperture_of
 from radar_service.radar.patterns import PATTERNS
-from radar_service.stages.structures.reflection import LitStructure, near_field, ray_by, reflectors
+from radar_service.stages.structures.reflection import LitStructure, near_field, ray_by
 from radar_service.stages.structures.structure import Structure
 from tests.reference.cylinder_shadow import direction, elements, past_cylinder, received
 
@@ -101,7 +101,7 @@ def test_it_reflects_as_a_metal_cylinder(structure: Structure, offsets: tuple[fl
 def test_the_level_is_that_of_the_radar_equation() -> None:
     """A cylinder in the far field (a post 300 m off) has the width pi a cos(b / 2): power a cos(b / 2) / (2 d)."""
     post = Structure("post", 0.0, 300.0, 0.1)
-    (reflector,) = reflectors(aperture(), WAVELENGTH, (post,), "h")
+    reflector = LitStructure(post, aperture(), WAVELENGTH, "h")
     target = np.radians([[100.0]])
     field, _ = reflector.field(target, np.zeros(1))
     width = np.pi * post.radius * np.sin(np.radians(50.0))
@@ -120,7 +120,6 @@ def test_reflection_top_and_darkness() -> None:
     assert field(np.inf, 0.5) == pytest.approx(0.5 * full)
     assert field(0.0) == pytest.approx(0.5 * full)
     assert field(at=boresight + 1.0) == 0.0 and field(at=boresight + np.pi) == 0.0
-    assert reflectors(aperture(), WAVELENGTH, (Structure("dark", 0.0, 5.0, 0.2, np.inf, 0.0),), "h") == ()
     reflector = LitStructure(FUNNEL, aperture(), WAVELENGTH, "v")
     assert reflector.is_lit(boresight).all() and not reflector.is_lit(boresight + 1.2).any()
     assert reflector.field(target, boresight)[0][0, 0] == pytest.approx(-full)

@@ -128,13 +128,6 @@ def test_a_false_echo_stands_in_the_bearing_of_the_funnel_late_in_a_turn() -> No
     assert compared > 8
 
 
-def test_absorbers_make_no_false_echoes() -> None:
-    target = [point("t", 350.0, 420.0, 15.0, rcs_dbsm=60.0)]
-    dark = simulator([FUNNEL | {"reflection": 0.0}], target, environment={"noise": False})
-    scan = dark.scan()
-    assert 7 not in dark.label_names and scan.labels is not None and not (scan.labels == 7).any()
-
-
 def test_sea_and_rain_are_weaker_behind_it() -> None:
     """In the middle of the shadow clutter has the share of power that it lets pass; the receiver's noise stays."""
     environment = {"noise": True, "sea_state": 5, "rain_mm_h": 5.0}

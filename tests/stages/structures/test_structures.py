@@ -15,6 +15,7 @@ from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.radar_feed import crossing_from_line
 from radar_service.records.fidelity import PRESETS
+from radar_service.sources.numbers import source_names
 from radar_service.stages.registry import changed_pattern
 from radar_service.stages.structures.reflection import IndirectPaths, structure_reflectors
 from radar_service.stages.structures.stage import StructureStage, StructureTruth, faint_bodies
@@ -23,6 +24,7 @@ from tests.scenes import point, radar, scene
 
 # effect: structures in scene files: what they become, and what is refused.
 MAST = {"name": "mast", "bearing_deg": -10, "distance_m": 3.0, "width_m": 0.4}
+DARK = MAST | {"name": "dark", "reflection": 0.0}
 
 
 def test_a_structure_in_si_units() -> None:
@@ -119,6 +121,12 @@ def test_bodies_whose_indirect_echoes_stay_below_the_noise_have_none() -> None:
     assert set(faint) == {1} and faint[1] < -20.0 and faint_bodies(made, PRESETS["balanced"]) == {}
     assert indirect(made, fidelity) == 1 and indirect(made, PRESETS["balanced"]) == 2
     assert indirect(made, PRESETS["balanced"], (0, 1)) == 0 and indirect(made, fidelity, (0,)) == 0
+
+
+def test_absorbers_reflect_nothing() -> None:
+    made = radar(structure=[MAST, {**DARK, "bearing_deg": 90}])
+    assert [each.structure.name for each in structure_reflectors(made)] == ["mast"]
+    assert "indirect" not in source_names(scene([point("p", 0, 500)], radar={"structure": [DARK]})).values()
 
 
 def test_indirect_paths_are_there_and_back_and_one_way_by_a_structure() -> None:

@@ -1,9 +1,6 @@
 """Charts of scenes."""
 
-import pickle
 from collections.abc import Callable
-from concurrent.futures import Future
-from typing import Any
 
 import numpy as np
 import pytest
@@ -19,10 +16,8 @@ from radar_service.scattering.model import BodyEchoes
 from radar_service.study.chart import chart
 from radar_service.study.chart.figure import summary, summary_text
 from radar_service.study.chart.frozen_scene import all_echoes, all_scatterers, frozen, is_diffuse, occlusion_of, only_diffuse
-from radar_service.study.chart.point import Point, pareto, time_interleaved
+from radar_service.study.chart.point import Point, drawn_points, mean_and_spread, pareto, time_interleaved
 from radar_service.study.chart.power_panel import (
-    mean_and_spread,
-    power_points,
     powers_in,
     ray_powers,
     samplers,
@@ -37,52 +32,35 @@ from radar_service.study.chart.scattering_panel import (
     scattering_points,
     targets_scene,
 )
+from tests.batch.pickling import Pickling
 from tests.reference.compressed_pulse import compressed_pulse as other_pulse
 from tests.reference.point_scene import other_chirp
 from tests.scenes import point, radar, scene
 from tests.study.chart.settings import PLATE, SMALL
 
 
-def test_a_scene_with_nothing_in_sight_is_refused() -> None:
-    with pytest.raises(rs.SceneError, match="add a body in sight"):
-        chart.measure(scene([], radar=SMALL), effort=chart.QUICK)
-
-
-class Pickling:
-    """An executor that does each job at once, with what is left of it after pickling."""
-
-    def __init__(self) -> None:
-        self.calls = 0
-
-    def submit(self, function: Any, /, *arguments: Any) -> "Future[Any]":
-        self.calls += 1
-        function, arguments = pickle.loads(pickle.dumps((function, arguments)))
-        future: Future[Any] = Future()
-        future.set_result(function(*arguments))
-        return future
-
-
 def test_panels_are_measured_wherever_an_executor_says() -> None:
+    """Where nothing is in sight, none but those that show it."""
     elsewhere = Pickling()
     with pytest.raises(rs.SceneError, match="add a body in sight"):
         chart.measure(scene([], radar=SMALL), effort=chart.QUICK, executor=elsewhere)
-    assert elsewhere.calls == 2  # panels that show whether there is anything to compare
+    assert elsewhere.calls == 2
 
 
 # point: points of the chart: interleaved timing and the Pareto front.
 def test_tasks_share_a_time_budget(monkeypatch: pytest.MonkeyPatch) -> None:
     """One task takes 1 s, the other 3 s. A budget of ten seconds gives five to each."""
-    clock, calls = [0.0], []
+    clock = [0.0]
     monkeypatch.setattr("radar_service.study.chart.point.time.process_time", lambda: clock[0])
 
     def lasting(seconds: float) -> Callable[[], object]:
         return lambda: clock.append(clock.pop() + seconds)
 
-    times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], lambda: calls.append(1), budget=10.0)
-    assert times == [(1.0,) * 5, (3.0,) * 2] and len(calls) == 18
-    times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], lambda: None, budget=20.0)
+    times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], "tasks", budget=10.0)
+    assert times == [(1.0,) * 5, (3.0,) * 2]
+    times = time_interleaved([lasting(1.0), lasting(3.0)], [9, 9], "tasks", budget=20.0)
     assert times == [(1.0,) * 9, (3.0,) * 4]
-    assert time_interleaved([lasting(9.0)], [5], lambda: None, budget=4.0) == [(9.0,) * 2]  # a spread needs two
+    assert time_interleaved([lasting(9.0)], [5], "tasks", budget=4.0) == [(9.0,) * 2]  # a spread needs two
 
 
 def test_no_point_beats_the_pareto_front() -> None:
@@ -101,7 +79,7 @@ def test_samplers_agree_with_the_lattice_and_documented_rays_miss() -> None:
     windows = target_windows(world, all_echoes(world, 0), 1)
     truth = np.array([ReferenceSurface(world).power(windows[0], 64, 128)])
     chosen = [s for s in samplers(world, windows, occlusion_of(world), 2000) if s.setting in ("4 per cell", "2000")]
-    points = {p.family: p for p in power_points(chosen, truth, 170, 0, lambda: None)}
+    points = {p.family: p for p in drawn_points("power", chosen, truth, 170)}
     assert points["scatterers"].error_db == pytest.approx(0.0, abs=0.5) and points["scatterers"].missed == 0.0
     assert points["documented rays"].missed == pytest.approx((1 - 200 / 640000 / 0.823) ** 2000, abs=0.15)
     assert points["documented rays"].preset == "documented" and points["scatterers"].preset == "balanced"
@@ -300,7 +278,7 @@ def test_the_summary_names_misses_and_models() -> None:
 def test_a_corner_needs_as_many_bounces_as_it_has_faces() -> None:
     """Three bounces reach 0.2 dB on five targets. Without the third the trihedral is over 33 dB too weak, 15 dB in the root mean
     square; without the second the dihedral is too."""
-    points = {p.setting: p for p in scattering_points(frozen(scene([PLATE], radar=SMALL)), 4, 0, lambda: None)}
+    points = {p.setting: p for p in scattering_points(frozen(scene([PLATE], radar=SMALL)), 4, 0)}
     one, two, three = (points[key].error_db or 0.0 for key in ("1 bounce", "2 bounces", "3 bounces"))
     assert three < 0.2 and 15 < two < one and points["3 bounces"].missed == 0.0
     assert {p.preset for p in points.values()} == {None, "fast", "balanced, reference"}

@@ -9,7 +9,7 @@ from radar_service.radar.parameters import Radar
 from radar_service.receive.chirp_sum import chirp_sum, impulse_sum
 from radar_service.study.chart.field_panel import field_points, workload_of
 from radar_service.study.chart.point import Point
-from radar_service.study.chart.signal_chain import Method, chirp_sums, chirps, exact_chirps, methods
+from radar_service.study.chart.signal_chain import Method, chirps, methods
 from tests.scenes import radar
 from tests.study.chart.settings import SMALL
 
@@ -25,7 +25,7 @@ def chain_points(small: Radar, echoes: Echoes, *families: str) -> dict[tuple[str
     """Returns the points of the methods of these families, or of all."""
     chosen = [method for method in methods(small) if not families or method.family in families]
     workload = workload_of(small, echoes, len(echoes.range), 2, 0)
-    return {(p.family, p.setting): p for p in field_points(workload, chosen, 1, lambda: None)}
+    return {(p.family, p.setting): p for p in field_points(workload, chosen, 1)}
 
 
 def decibels_of(points: dict[tuple[str, str], Point]) -> dict[tuple[str, str], float]:
@@ -129,12 +129,8 @@ def test_exact_delays_change_nothing_for_echoes_on_samples() -> None:
     for steps, differs in ((np.array([200.0, 410.0]), False), (np.array([200.4, 410.6]), True)):
         echoes = echoes_at(SMALL_RADAR, steps)
         rounded = chirps(SMALL_RADAR, np.pi, gain, chirp_sum)(echoes, SPOKES)
-        exact = exact_chirps(SMALL_RADAR, np.pi, gain)(echoes, SPOKES)
+        exact = chirps(SMALL_RADAR, np.pi, gain, None)(echoes, SPOKES)
         assert (np.abs(rounded - exact).max() > 0.03) == differs
-
-
-def test_the_documented_preset_is_the_printed_beam() -> None:
-    assert [m.setting for m in chirp_sums(SMALL_RADAR) if m.preset == "documented"] == ["printed beam"]
 
 
 def test_samples_begin_where_the_method_says() -> None:

@@ -17,15 +17,6 @@ def test_plan_states_the_range_from_which_rays_miss_a_square_metre() -> None:
     assert "a square metre" not in str(rs.Simulator(scene([point("t", 0, 500)])).plan)
 
 
-def test_plan_states_the_shift_by_doppler_within_the_pulse() -> None:
-    """10 us and 20 kn: 2 x 10.289 m/s x 1e-5 s / 31.859 mm = 0.00646 cells; nothing at rest, nothing without a chirp."""
-    ship = point("t", 0, 500, speed_kn=20, course_deg=0)
-    assert "up to 0.0065 range cells" in str(rs.Simulator(scene([ship])).plan)
-    assert "Doppler" not in str(rs.Simulator(scene([point("t", 0, 500)])).plan)
-    plain = {"modulation": "none", "pulse_s": 1e-7}
-    assert "Doppler" not in str(rs.Simulator(scene([ship], radar=plain)).plan)
-
-
 def test_plan_states_that_diffraction_is_missing_only_with_multipath() -> None:
     for multipath in (True, False):
         plan = str(rs.Simulator(scene([point("t", 0, 500)], environment={"multipath": multipath})).plan)

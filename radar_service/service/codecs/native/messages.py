@@ -13,10 +13,8 @@ from numpy.typing import NDArray
 from radar_service import wire
 from radar_service.display.video import (
     DB_PER_STEP,
-    Controls,
     Layout,
     decibels,
-    display_video,
     noise_threshold_db,
     peaks,
     quantise,
@@ -25,7 +23,7 @@ from radar_service.display.video import (
 from radar_service.numerics import Profiles, Singles
 from radar_service.radar import Radar
 from radar_service.records import Truth
-from radar_service.service.access import told_fields, told_plan, told_warnings
+from radar_service.service.access import told_fields, told_plan
 from radar_service.service.codecs.native.views import apply_view, request_from_query, source_fields, trim
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import RadarInfo, SpokeBatch
@@ -49,23 +47,11 @@ def scale(encoding: str, noise_power: float, pulses: int = 1) -> dict[str, float
     return {}
 
 
-def encode(
-    encoding: str,
-    power: Singles,
-    field: Profiles,
-    to: Layout,
-    controls: Controls,
-    noise_power: float,
-    before: Singles | None = None,
-    earlier: Singles | None = None,
-) -> NDArray[np.generic]:
-    """Cells (K, N) as samples (K, bins) in one of the encodings of `wire.DTYPES`.
+def encode(encoding: str, power: Singles, field: Profiles, to: Layout, noise_power: float) -> NDArray[np.generic]:
+    """Cells (K, N) as samples (K, bins) in one of the encodings of `wire.DTYPES`, but for u8: see `SpokeBatch.video_bytes`.
 
-    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of the byte scales; before: (N,) power
-    of the spoke before the first one [W], None where it is not known; earlier: see `display_video`.
+    power [W] and field [sqrt(W)] are of the same cells; noise_power [W] is the reference of u8-log.
     """
-    if encoding == "u8":
-        return display_video(power, to, controls, noise_power, before, earlier)
     if encoding == "c64":
         return strongest(field, to).astype("<c8")
     top = peaks(power, to)
@@ -117,7 +103,7 @@ def radar_fields(identity: str, name: str, radar: Radar, to: Layout) -> dict[str
 def scene_fields(scene: SceneOutline, knows_truth: bool) -> dict[str, Any]:
     """Returns the `scene` table of a hello and of the REST answers. knows_truth: whether who reads it may know the truth."""
     origin = scene.origin and {"latitude_deg": scene.origin[0], "longitude_deg": scene.origin[1]}
-    warnings = told_warnings(scene.warnings, knows_truth)
+    warnings = list(scene.warnings) if knows_truth else []
     stream = {"stream": list(scene.stream)} if any(scene.stream) else {}
     return {"name": scene.name, "origin": origin, "bodies": scene.body_count, "warnings": warnings, **stream}
 
@@ -154,7 +140,7 @@ def spokes(batch: SpokeBatch, view: View) -> dict[str, Any]:
     if view.encoding == "u8":
         data: NDArray[np.generic] = batch.video_bytes(to)
     else:
-        data = encode(view.encoding, block.power, block.field, to, batch.video, known.noise_power)
+        data = encode(view.encoding, block.power, block.field, to, known.noise_power)
     message = {
         "type": "spokes",
         "epoch": batch.epoch.name,

@@ -65,7 +65,7 @@ def shown_cells(
 ) -> Indices:  # fmt: skip
     """The number (K, bins) of the cell whose sample each bin shows in an encoding; the first one where several are equal.
 
-    Arguments are those of `messages.encode`. Echo stretch shows a cell also in the bins behind it.
+    controls, before, earlier: as `display_video`. Echo stretch shows a cell also in the bins behind it.
     """
     if encoding == "u8":
         level = video_level_db(power, to, controls, noise_power, before, earlier)

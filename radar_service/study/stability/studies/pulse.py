@@ -41,49 +41,46 @@ def point_error(**radar: Any) -> float:
 def sampling_rate(fine: int = 1) -> Finding:
     """Drives the sampling rate over the bandwidth: field of points."""
     ratios = np.array([1.0, 1.05, 1.1, 1.15, 1.2, 1.25, 1.3, 1.4, 1.5, 1.75, 2.0, 3.0])
-    hamming, unweighted = (
-        [point_error(sample_rate_hz=50e6 * ratio, window=window) for ratio in ratios] for window in ("hamming", "none")
-    )
-    return Finding(
+    return _without_window(
+        ratios, Axis("sampling rate / bandwidth [1]"), "sample_rate_hz", 50e6 * ratios,
         name="sampling rate",
-        method="the engine's grid without a window",
         setup="field of points with B T = 100",
-        parameter=Axis("sampling rate / bandwidth [1]"),
-        values=plain(ratios),
-        measured=Axis("field error [dB]"),
-        curves=(curve("no window", unweighted), curve("Hamming", hamming)),
-        limit=BUDGET_DB,
-        limit_reason="the default error budget of the field",
-        boundary=crossing(ratios[::-1], np.array(unweighted)[::-1], BUDGET_DB),
         expected=Expected(1.09, 0.02, "measured; the service warns where it predicts more than -40 dB"),
-        response="warning",
         instead="a default of 1.5, a warning with the predicted error",
         details="The service refuses a sampling rate below the bandwidth. It predicts the error, and warns above -40 dB. The "
         "default is 1.5.",
-    )
+    )  # fmt: skip
 
 
 def short_chirps(fine: int = 1) -> Finding:
     """Drives the product of bandwidth and pulse length: field of points."""
     products = np.array([4.0, 5.0, 6.0, 8.0, 10.0, 14.0, 20.0, 30.0, 50.0, 100.0, 200.0])
-    hamming, unweighted = (
-        [point_error(pulse_s=product / 50e6, window=window) for product in products] for window in ("hamming", "none")
+    return _without_window(
+        products, Axis("bandwidth x pulse length [1]", log=True), "pulse_s", products / 50e6,
+        name="short chirps",
+        setup="field of points sampled at 1.5 times the bandwidth; short chirps have power outside of it",
+        expected=Expected(13.5, 0.04, "measured; the service warns where it predicts more than -40 dB"),
+        instead=f"a warning with the predicted error, a refusal below {MIN_CHIRP_PRODUCT}",
+        details=f"The service refuses a product below {MIN_CHIRP_PRODUCT}. It predicts the error, and warns above -40 dB.",
+    )  # fmt: skip
+
+
+def _without_window(values: Floats, parameter: Axis, key: str, settings: Floats, **fields: Any) -> Finding:
+    """The field of points over a parameter, whose values give a key of the radar its settings, with and without a window."""
+    unweighted, hamming = (
+        [point_error(**{key: setting, "window": window}) for setting in settings] for window in ("none", "hamming")
     )
     return Finding(
-        name="short chirps",
         method="the engine's grid without a window",
-        setup="field of points sampled at 1.5 times the bandwidth; short chirps have power outside of it",
-        parameter=Axis("bandwidth x pulse length [1]", log=True),
-        values=plain(products),
+        parameter=parameter,
+        values=plain(values),
         measured=Axis("field error [dB]"),
         curves=(curve("no window", unweighted), curve("Hamming", hamming)),
         limit=BUDGET_DB,
         limit_reason="the default error budget of the field",
-        boundary=crossing(products[::-1], np.array(unweighted)[::-1], BUDGET_DB, log=True),
-        expected=Expected(13.5, 0.04, "measured; the service warns where it predicts more than -40 dB"),
+        boundary=crossing(values[::-1], np.array(unweighted)[::-1], BUDGET_DB, log=parameter.log),
         response="warning",
-        instead=f"a warning with the predicted error, a refusal below {MIN_CHIRP_PRODUCT}",
-        details=f"The service refuses a product below {MIN_CHIRP_PRODUCT}. It predicts the error, and warns above -40 dB.",
+        **fields,
     )
 
 

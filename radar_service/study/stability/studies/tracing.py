@@ -1,5 +1,8 @@
 """Ray tracing: single precision, an absolute epsilon, slivers, shared edges, grazing incidence and wide maps."""
 
+from collections.abc import Callable
+from typing import Any
+
 import numpy as np
 
 from radar_service.numerics import Floats
@@ -7,6 +10,7 @@ from radar_service.propagation import two_way_phase
 from radar_service.study.stability.finding import (
     WAVELENGTH,
     Axis,
+    Curve,
     Expected,
     Finding,
     bisect,
@@ -80,24 +84,12 @@ def _missed(corners: Floats, count: int, seed: int) -> tuple[float, float, float
 
 def triangle_size(fine: int = 1) -> Finding:
     """Drives the size of triangles: share of rays at their inner points that miss them."""
-    sizes = decades(1e-6, 1e5, 2 * fine)
-    shares = np.array([_missed(_triangle(size, size), 100, k) for k, size in enumerate(sizes)])
-    return Finding(
+    return _of_triangles(
+        decades(1e-6, 1e5, 2 * fine), lambda size: _triangle(size, size),
         name="small triangles",
-        method="Moeller-Trumbore with an absolute epsilon of 1e-6, as printed",
         setup="rays from 1 km at inner points of right triangles of different size",
         parameter=Axis("legs of the triangle [m]", log=True),
-        values=plain(sizes),
-        measured=Axis("share of rays that miss [1]"),
-        curves=(
-            curve("as printed", shares[:, 0]), curve("watertight", shares[:, 1]), curve("Embree", shares[:, 2]),
-        ),
-        limit=0.5,
-        limit_reason="half of the rays miss",
-        boundary=bisect(lambda size: _missed(_triangle(size, size), 100, 0)[0] > 0.5, 1.0, 1e-6),
         expected=Expected(1e-3, 0.05, "legs squared = epsilon 1e-6; rays up to 23 degrees off the normal see 4 % less"),
-        response="another method",
-        instead="Embree for occlusion, scatterers on the surface for echoes",
         details="Only `documented` with tracer moller_trumbore uses the epsilon. Embree aims in float32, so from 1 km it also "
         "misses triangles below a millimetre; the engine takes echoes from the surface, not from hits.",
     )  # fmt: skip
@@ -105,26 +97,36 @@ def triangle_size(fine: int = 1) -> Finding:
 
 def sliver_width(fine: int = 1) -> Finding:
     """Drives the width of slivers: share of rays at inner points of triangles 10 m long that miss them."""
-    widths = decades(1e-9, 1.0, 2 * fine)
-    shares = np.array([_missed(_triangle(10.0, width), 100, k) for k, width in enumerate(widths)])
-    return Finding(
+    return _of_triangles(
+        decades(1e-9, 1.0, 2 * fine), lambda width: _triangle(10.0, width),
         name="thin triangles",
-        method="Moeller-Trumbore with an absolute epsilon of 1e-6, as printed",
         setup="rays from 1 km at inner points of triangles 10 m long",
         parameter=Axis("width of a triangle 10 m long [m]", log=True),
-        values=plain(widths),
-        measured=Axis("share of rays that miss [1]"),
-        curves=(
-            curve("as printed", shares[:, 0]), curve("watertight", shares[:, 1]), curve("Embree", shares[:, 2]),
-        ),
-        limit=0.5,
-        limit_reason="half of the rays miss",
-        boundary=bisect(lambda width: _missed(_triangle(10.0, width), 100, 0)[0] > 0.5, 1.0, 1e-9),
         expected=Expected(1e-7, 0.05, "10 m x width = epsilon 1e-6"),
-        response="another method",
-        instead="Embree for occlusion, scatterers on the surface for echoes",
         details="A sliver that Embree misses occludes nothing. Its echo depends on its area and is kept.",
     )  # fmt: skip
+
+
+def _of_triangles(sizes: Floats, triangle: Callable[[float], Floats], **fields: Any) -> Finding:
+    """The shares of rays that miss triangles by their sizes, up to at least 1 m."""
+    shares = np.array([_missed(triangle(size), 100, k) for k, size in enumerate(sizes)])
+    return Finding(
+        method="Moeller-Trumbore with an absolute epsilon of 1e-6, as printed",
+        values=plain(sizes),
+        measured=Axis("share of rays that miss [1]"),
+        curves=_by_method(shares, "Embree"),
+        limit=0.5,
+        limit_reason="half of the rays miss",
+        boundary=bisect(lambda size: _missed(triangle(size), 100, 0)[0] > 0.5, 1.0, sizes[0]),
+        response="another method",
+        instead="Embree for occlusion, scatterers on the surface for echoes",
+        **fields,
+    )
+
+
+def _by_method(shares: Floats, embree: str) -> tuple[Curve, ...]:
+    """Curves of shares (N, 3) of rays: printed, watertight, Embree."""
+    return tuple(curve(name, share) for name, share in zip(("as printed", "watertight", embree), shares.T, strict=True))
 
 
 def shared_edges(fine: int = 1) -> Finding:
@@ -151,9 +153,7 @@ def shared_edges(fine: int = 1) -> Finding:
         parameter=Axis("distance [m]", log=True),
         values=plain(distances),
         measured=Axis("share of rays that pass through [1]"),
-        curves=(
-            curve("as printed", shares[:, 0]), curve("watertight", shares[:, 1]), curve("Embree, robust", shares[:, 2]),
-        ),
+        curves=_by_method(shares, "Embree, robust"),
         limit=1e-3,
         limit_reason="one ray in a thousand passes",
         boundary=crossing(distances, shares[:, 0], 1e-3, log=True),
@@ -161,7 +161,7 @@ def shared_edges(fine: int = 1) -> Finding:
         response="no failure",
         instead="Embree in its robust mode",
         details="Embree runs in its robust mode. A leak would let a single line of sight pass.",
-    )  # fmt: skip
+    )
 
 
 def grazing_line_of_sight(fine: int = 1) -> Finding:

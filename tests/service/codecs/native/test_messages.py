@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from radar_service import wire
-from radar_service.display.video import DB_PER_STEP, Controls, decibels, layout, noise_threshold_db
+from radar_service.display.video import DB_PER_STEP, Controls, decibels, display_video, layout, noise_threshold_db
 from radar_service.records.spokes import SpokeBlock
 from radar_service.scene_file.load import load_scene
 from radar_service.service.codecs.native import messages
@@ -32,20 +32,9 @@ def cells(*levels_db: float) -> np.ndarray:
     return (10.0 ** (level / 10.0)).astype(np.float32)[None, :]
 
 
-def test_controls_act_on_u8_only() -> None:
-    power = cells(10.0, 20.0, 30.0)
-    field = np.sqrt(power).astype(np.complex64)
-    to = layout(3, 5.0, 10.0)
-    settings = Controls(80.0, 70.0, 60.0, gain_auto=False, sea_auto=False, echo_stretch=2.0, interference_rejection=True)
-    for encoding in ("u8-log", "f16", "f32", "c64"):
-        plain = encode(encoding, power, field, to, Controls(), NOISE)
-        np.testing.assert_array_equal(encode(encoding, power, field, to, settings, NOISE), plain)
-    assert np.any(encode("u8", power, field, to, settings, NOISE) != encode("u8", power, field, to, Controls(), NOISE))
-
-
 def test_a_byte_is_the_middle_of_its_step() -> None:
     levels = np.array([0.01, 1.0, 20.0, 63.0])
-    got = encode("u8", cells(*levels), cells(*levels).astype(np.complex64), layout(4, 5.0, 10.0), BY_HAND, NOISE)[0]
+    got = display_video(cells(*levels), layout(4, 5.0, 10.0), BY_HAND, NOISE)[0]
     says = scale("u8", NOISE)
     above = says["offset_db"] + got * says["db_per_step"] - noise_threshold_db(NOISE)
     np.testing.assert_allclose(above, levels, atol=DB_PER_STEP / 2 + 1e-5)  # float32 logarithms of -150 dB err by 1e-5 dB
@@ -57,7 +46,7 @@ def test_encodings_say_what_the_wire_says_they_say() -> None:
     to = layout(4, 5.0, 10.0)
     level = decibels(power)[0]
     assert np.isneginf(level[0])
-    by = {e: encode(e, power, field, to, Controls(), NOISE)[0] for e in ("u8-log", "f16", "f32", "c64")}
+    by = {e: encode(e, power, field, to, NOISE)[0] for e in ("u8-log", "f16", "f32", "c64")}
     assert by["u8-log"][0] == 0 and by["u8-log"][3] == 255
     says = scale("u8-log", NOISE)
     np.testing.assert_allclose(
@@ -78,21 +67,13 @@ def test_scales_reach_from_the_noise_to_a_ship_alongside() -> None:
 
 def test_an_unknown_encoding_is_refused() -> None:
     with pytest.raises(ValueError, match='"png" is not one of'):
-        encode("png", cells(1.0), cells(1.0).astype(np.complex64), layout(1, 5.0, 10.0), Controls(), NOISE)
+        encode("png", cells(1.0), cells(1.0).astype(np.complex64), layout(1, 5.0, 10.0), NOISE)
 
 
 def test_spokes_carry_numbers_of_the_epoch_and_rows_of_the_scan() -> None:
     message = wire.unpack(CODEC.spokes(BATCH, View("f32")))
     assert (message["first"], message["count"], message["index"], message["scan"]) == (100, 4, 6, 0)
     np.testing.assert_array_equal(wire.samples(message), power_of(6 + np.arange(4), BINS))
-
-
-def test_a_view_is_applied() -> None:
-    message = wire.unpack(CODEC.spokes(BATCH, View("f32", 5, spokes=4, compression="zstd")))
-    assert (message["compression"], message["row_first"], message["row_count"]) == ("zstd", [0, 2], [2, 2])
-    assert message["bins"] == 5 and (message["first"], message["count"]) == (100, 4)
-    message = wire.unpack(CODEC.spokes(BATCH, View("f32", sector=(90, 120))))
-    assert (message["row_first"], message["row_count"]) == ([0, 1, 2], [1, 1, 1])
 
 
 @pytest.mark.parametrize("compression", ["zstd", "deflate"])

@@ -141,7 +141,7 @@ def test_it_is_the_strongest_cell_of_the_bin(encoding: str, bins: int | None) ->
     power = spokes()
     field, to = (np.sqrt(power) * np.exp(1j * np.arange(CELLS))).astype(np.complex64), layout(CELLS, 5.0, 10.0, bins, 900.0)
     cells = shown_cells(encoding, power, field, to, Controls(), NOISE, None)
-    sent = encode(encoding, power, field, to, Controls(), NOISE)
+    sent = encode(encoding, power, field, to, NOISE)
     assert cells.shape == (4, to.bins) == sent.shape
     for k in range(4):
         for b in range(to.bins):
