@@ -14,8 +14,7 @@ from clients.ppi.terminal_ppi import TerminalPpi, half_blocks
 from radar_service.display.palettes import colour_map
 from radar_service.display.picture import UNSEEN
 from tests.clients import fake_feed
-from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, hello, running
-from tests.clients.received import final_error, numbers, ppi_of
+from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, final_error, hello, numbers, ppi_of, running
 
 
 # address: short addresses mean the feed of radar 0.

@@ -17,7 +17,6 @@ from tests.clients.chromium import Browser, Page
 from tests.clients.conftest import QUICK
 from tests.clients.screen import BARE, BROWSER, PIXELS, box, seen
 from tests.clients.test_web_thin_line import CLOCK, ask_time
-from tests.clients.thin_line import ThinLine
 
 pytestmark = BROWSER
 
@@ -107,18 +106,15 @@ def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation:
 
 def test_a_line_that_is_too_thin(browser: Browser, orientation: str) -> None:
     """Half of what the page takes unthinned arrives: it asks for less, is a little behind for a while, and says nothing then."""
-    line = ThinLine(int(orientation.rstrip("/").rpartition(":")[2]))
-    try:
-        page = browser.open(f"http://127.0.0.1:{line.port}/?{BARE}", first=CLOCK)
-        page.wait(f"{CONNECTED} && Number(document.getElementById('rate-text').textContent) > 0")
-        ask_time(page)
-        line.rate = 40_000.0
-        page.wait("!document.getElementById('thinned-text').hidden")
-        page.wait("!document.getElementById('banner').textContent.startsWith('Behind')")
-        assert not page.faults()
-        page.close()
-    finally:
-        line.close()
+    page = browser.open(f"{orientation}?{BARE}", first=CLOCK)
+    page.call("Network.enable")
+    page.wait(f"{CONNECTED} && Number(document.getElementById('rate-text').textContent) > 0")
+    ask_time(page)
+    page.call("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=40_000, uploadThroughput=-1)
+    page.wait("!document.getElementById('thinned-text').hidden")
+    page.wait("!document.getElementById('banner').textContent.startsWith('Behind')")
+    assert not page.faults()
+    page.close()
 
 
 def test_the_page_requests_the_token_and_reconnects_with_it_to_a_radar_that_errs(
