@@ -1,6 +1,5 @@
 """Commands in whole runs: they act from their spoke on, change nothing before, and replay to the same bytes."""
 
-import hashlib
 import json
 import math
 import threading
@@ -245,56 +244,6 @@ def test_what_is_steerable_is_prepared_as_moving_and_is_never_culled() -> None:
     assert [body.name for body in prepared.resting_set.bodies] == ["gone"]
     own = scene([point("gone", 0, 90_000)], radar={"range_max_m": 600}, own_ship={"steerable": {}})
     assert not cull(own, fidelity) and len(prepare(own, fidelity, 0).resting_set) == 0
-
-
-DAY = 86_400.0  # s
-SMALL = scene(
-    [point("a", 100, 300, steerable=STEERED), point("b", -200, 100, steerable=STEERED, swerling=1)],
-    radar={"azimuths": 64, "beamwidth_deg": 8, "range_max_m": 255, "pulse_s": 1e-6, "rpm": 6},
-    environment={"noise": True},
-    own_ship={"steerable": STEERED},
-)
-
-
-def random_command(random: np.random.Generator) -> tuple[str | None, dict[str, Any]]:
-    """A command to anybody."""
-    body = (None, "a", "b")[random.integers(3)]
-    if body and random.random() < 0.3:
-        return body, {"present": bool(random.random() < 0.7)}
-    at_once = bool(random.random() < 0.3)
-    values: dict[str, Any] = {
-        "course_deg": random.uniform(0, 360), "speed_kn": random.uniform(0, 25), "at_once": at_once,
-    }  # fmt: skip
-    if random.random() < 0.3:
-        values["position_m"] = random.uniform(-250, 250, 2).tolist()
-    return body, values
-
-
-def digest(sim: rs.Simulator, seconds: float, size: int, random: np.random.Generator | None = None) -> str:
-    """Of the bytes of all spokes, however they are grouped; random: draws commands, one in 30 s on average."""
-    result, radar = hashlib.sha256(), sim.scene.radar
-    for block in sim.blocks(round(seconds / radar.rotation_period), size=size):
-        for k in range(len(block)):
-            result.update(block.power[k].tobytes() + block.position[k].tobytes() + block.heading[k].tobytes())
-        if random is not None and random.random() < len(block) * radar.spoke_period / 30.0:
-            body, values = random_command(random)
-            sim.command(body, **values)
-    return result.hexdigest()
-
-
-def commanded_and_replayed(seconds: float) -> int:
-    """Commands a run at random and replays it, otherwise grouped, on two threads; returns how many commands there were."""
-    live = rs.Simulator(SMALL, "fast", 1)
-    assert live.range.size == 128
-    made = digest(live, seconds, 32, np.random.default_rng(5))
-    recorded = json.loads(json.dumps([command.as_dict() for command in live.commands]))
-    assert digest(rs.Simulator(SMALL, "fast", 1, 2, commands=recorded), seconds, 64) == made
-    return len(recorded)
-
-
-@pytest.mark.study
-def test_a_day_of_commands_replays_to_the_same_bytes() -> None:
-    assert commanded_and_replayed(DAY) > 1000
 
 
 def test_own_ship_steers_round_a_target_by_what_the_radar_shows() -> None:

@@ -3,19 +3,14 @@
 import asyncio
 import contextlib
 import json
-import os
 import random
 import signal
 import socket
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import pytest
-
 from clients.ppi.client import FeedClient
-from tests.service_starts import seconds_to_first_spoke
 
 SCENE = {
     "name": "one target",
@@ -72,44 +67,3 @@ def test_after_kill_9_clients_come_back_and_no_number_comes_twice(tmp_path: Path
         numbers = [number for name, number in got if name == epoch]
         assert numbers == list(range(numbers[0], numbers[0] + len(numbers)))
     assert numbers[0] == lost  # what the new epoch had sent before the client was back is a gap
-
-
-@pytest.mark.study
-def test_after_kill_9_the_first_spoke_comes_within_two_seconds_of_the_kill(tmp_path: Path) -> None:
-    """Twenty times over; start of Python, imports and scene included."""
-    (tmp_path / "one.json").write_text(json.dumps(SCENE))
-    port = free_port()
-
-    async def follow() -> list[float]:
-        service = await asyncio.to_thread(started, tmp_path / "one.json", port)
-        took, epochs, killed = list[float](), list[str](), 0.0
-        try:
-            async with FeedClient(f"ws://127.0.0.1:{port}", reconnect=True, backoff=(0.02,)) as radar:
-                async for spoke in radar.spokes():
-                    if spoke.epoch in epochs:
-                        continue
-                    epochs.append(spoke.epoch)
-                    took += [time.monotonic() - killed] if killed else []
-                    if len(took) == 20:
-                        return took
-                    killed = time.monotonic()
-                    service.kill()
-                    await asyncio.to_thread(service.communicate)
-                    service = await asyncio.to_thread(started, tmp_path / "one.json", port)
-        finally:
-            service.kill()
-            service.communicate()
-        raise AssertionError
-
-    took = asyncio.run(asyncio.wait_for(follow(), 300))
-    print(f"\nfrom kill -9 to the first spoke: {min(took):.2f} to {max(took):.2f} s, load average {os.getloadavg()[0]:.1f}")
-    assert max(took) < 2.0
-
-
-@pytest.mark.study
-def test_the_first_spoke_of_the_open_sea_comes_soon_after_a_start() -> None:
-    """Nine starts, Python and all; other programs delay some of them."""
-    load = os.getloadavg()[0]
-    took = [seconds_to_first_spoke("open-sea") for _ in range(9)]
-    print(f"\nfrom the command to the first spoke: {', '.join(f'{t:.2f}' for t in sorted(took))} s, load average {load:.1f}")
-    assert sorted(took)[len(took) // 2] < 1.5  # s, as promised

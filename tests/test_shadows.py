@@ -15,7 +15,7 @@ from radar_service.world.motion import Motion
 from radar_service.world.poses import BodyPose
 from tests.occlusion import occluded
 from tests.scenes import point
-from tests.trace.test_occluder import EARTH, bent, depths, hills
+from tests.trace.test_occluder import EARTH, bent, first_hits, hills
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 RADAR = {"range_max_m": 2600, "pulse_s": 1e-6, "azimuths": 60, "beamwidth_deg": 20, "height_m": 15}  # sidelobes end at 150 m
@@ -160,7 +160,7 @@ def test_the_visible_set_at_forty_kilometres_is_that_of_float64() -> None:
     share = rng.dirichlet([1, 1, 1], 600)
     points = np.einsum("ij,ijk->ik", share, mesh.vertices[mesh.faces[triangle]]) + position + [0, 0, 3.0]
     pose = BodyPose(position, 0.0)
-    low, high = (depths(mesh, pose, antenna, points + [0, 0, up]) < 1 for up in (-0.2, 0.2))
+    low, high = (first_hits(mesh, pose, antenna, bent(points + [0, 0, up], antenna))[0] < 1 for up in (-0.2, 0.2))
     hidden = occluded(occlusion, points, antenna, 0.0)
     certain = low == high
     assert 100 < hidden.sum() < 550 and certain.sum() > 580

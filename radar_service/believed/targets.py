@@ -95,11 +95,6 @@ def first_detection(
     return float(nautical[share >= criterion].max(initial=0.0))
 
 
-def steps(low: float, high: float, count: int = 36) -> Floats:
-    """Returns ranges [NM]."""
-    return np.linspace(low, high, count)
-
-
 # Small targets of table 2 of MSC.192(79): height [m], then by band the cross-section [m2] and the range [NM]; what fluctuates.
 TABLE_2 = {
     "D05": (4.0, {"X": (7.5, 5.0), "S": (0.5, 3.7)}, 0),
@@ -118,7 +113,7 @@ def small_targets(row: str, run: Run) -> list[Figure]:
     return [
         Figure.least(
             band,
-            first_detection(run, SETS[band], _point(section, swerling), height, steps(0.5 * floor, 2.0 * floor)),
+            first_detection(run, SETS[band], _point(section, swerling), height, np.linspace(0.5 * floor, 2.0 * floor, 36)),
             floor, "NM",
         )
         for band, (section, floor) in bands.items()
@@ -133,7 +128,7 @@ def ships(row: str, run: Run) -> list[Figure]:
     """First detection of a cargo ship of steel, in the mean of eight aspects."""
     length, beam, height, floor = SHIPS[row]
     hull = {"shape": "hull", "hull_type": "cargo", "length_m": length, "beam_m": beam, "height_m": height}
-    nautical = steps(0.8 * floor, 1.6 * floor, 5)
+    nautical = np.linspace(0.8 * floor, 1.6 * floor, 5)
     return [
         Figure.least(
             band,
@@ -148,7 +143,9 @@ def shores(row: str, run: Run) -> list[Figure]:
     figures = []
     for band, radar in SETS.items():
         for height, floor in SHORES[row]:
-            seen = [n for n in steps(0.8 * floor, 1.4 * floor, 7) if shore_share(run, radar, height, float(n)) >= CRITERION]
+            seen = [
+                n for n in np.linspace(0.8 * floor, 1.4 * floor, 7) if shore_share(run, radar, height, float(n)) >= CRITERION
+            ]
             figures.append(Figure.least(f"{band}, {height:g} m", float(max(seen, default=0.0)), floor, "NM"))
     return figures
 
@@ -238,7 +235,7 @@ def rolling(run: Run) -> list[Figure]:
 def horizon(run: Run, antenna: float, target: float, earth: float | str = "4/3") -> float:
     """Returns the farthest distance [NM] at which scans have an echo of a point; antenna, target: heights [m]."""
     about = 2.2 * (antenna**0.5 + target**0.5)
-    nautical, bearings = steps(0.9 * about, 1.1 * about, 128), ring(128)
+    nautical, bearings = np.linspace(0.9 * about, 1.1 * about, 128), ring(128)
     bodies = [
         {"shape": "point", "rcs_dbsm": 40, "position_m": placed(b, n * NM, target)}
         for b, n in zip(bearings, nautical, strict=True)
@@ -292,20 +289,20 @@ RIB = {"shape": "hull", "material": "rubber", "length_m": 4.8, "beam_m": 2.0, "h
 
 def seen_by_experience(run: Run) -> list[Figure]:
     """A yacht of fibreglass seen by a ship, and a cargo ship of 140 m by a yacht's dome, in sea state 2, in 8 of 10 scans."""
-    yacht = first_detection(run, X, YACHT, 0.0, steps(1.0, 6.0, 11), SEA_2, aspects=4)
-    cargo = first_detection(run, DOME, CARGO, 0.0, steps(7.0, 17.0, 6), SEA_2, aspects=2, extent=70)
+    yacht = first_detection(run, X, YACHT, 0.0, np.linspace(1.0, 6.0, 11), SEA_2, aspects=4)
+    cargo = first_detection(run, DOME, CARGO, 0.0, np.linspace(7.0, 17.0, 6), SEA_2, aspects=2, extent=70)
     return [Figure.by_factor("yacht", yacht, 3.0, 4.0, 1.3, "NM"), Figure.by_factor("ship", cargo, 12.0, 12.0, 1.3, "NM")]
 
 
 def tracking_lost(run: Run) -> list[Figure]:
     """Where a boat's dome sees a rigid inflatable in fewer than half of the scans, in sea state 2."""
-    bare = first_detection(run, DOME, RIB, 0.0, steps(0.5, 6.0, 12), SEA_2, criterion=0.5, aspects=4)
+    bare = first_detection(run, DOME, RIB, 0.0, np.linspace(0.5, 6.0, 12), SEA_2, criterion=0.5, aspects=4)
     return [Figure.near("bare", bare, 4.0, 0.25, "NM")]  # no body is an active reflector
 
 
 def sart_range(run: Run) -> list[Figure]:
     """The farthest of some ranges at which the first dot of a SART 1 m high is detected in 8 of 10 scans."""
-    nautical = steps(3.0, 9.0, 13)
+    nautical = np.linspace(3.0, 9.0, 13)
     bodies = [{"shape": "point", "rcs_dbsm": -20, "position_m": placed(b, n * NM, 1.0), "sart": {"offset_m": [0, 0, 0]}}
               for b, n in zip(ring(len(nautical)), nautical, strict=True)]  # fmt: skip
     simulator, hits = run.simulator(X | {"range_max_m": 40000}, AIR, bodies, fidelity="fast"), np.zeros(len(nautical))

@@ -51,7 +51,10 @@ class FeedLaw:
         )
         swapped &= ~late
         delay = late * self._late_spokes + swapped.astype(np.int64)
-        return Decisions(dropped, repeated, late, swapped, self._in_sector(number), delay)
+        stuck = np.zeros(count, dtype=np.bool_)
+        if errors.stuck_sector is not None:
+            stuck = in_sector(self._radar.schedule(number)[0], *errors.stuck_sector)
+        return Decisions(dropped, repeated, late, swapped, stuck, delay)
 
     def counts(self, first: int, count: int, stuck_from: int) -> FeedErrorCounts:
         """Returns what happens to `count` spokes from number `first` on. stuck_from: first spoke with this stuck sector."""
@@ -78,11 +81,6 @@ class FeedLaw:
         total = np.concatenate([np.zeros(errors.burst_spokes, dtype=np.int64), np.cumsum(begins)])
         within = total[errors.burst_spokes :] - total[: -errors.burst_spokes]
         return np.asarray(within[first - begin :] > 0)
-
-    def _in_sector(self, number: Indices) -> Flags:
-        if self.errors.stuck_sector is None:
-            return np.zeros(len(number), dtype=np.bool_)
-        return in_sector(self._radar.schedule(number)[0], *self.errors.stuck_sector)
 
 
 class FeedArranger:

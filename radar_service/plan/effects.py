@@ -55,11 +55,9 @@ def _documented_effects(scene: Scene, fidelity: Fidelity) -> list[PlanItem]:
 def _undocumented_waveform(radar: Radar) -> list[PlanItem]:
     """What a radar transmits or filters beyond linear chirps and matched filters."""
     names = {"lfm": [], "nlfm": ["nonlinear chirp"], "none": ["plain pulse"]}[radar.modulation]
-    inverse = ["inverse filter"] if radar.compression == "inverse" else []
-    inverse += ["nearer pulses"] if radar.near_pulses else []
-    return [
-        PlanItem(name, False, "the specification has one linear chirp and its matched filter") for name in names + inverse
-    ]
+    names += ["inverse filter"] if radar.compression == "inverse" else []
+    names += ["nearer pulses"] if radar.near_pulses else []
+    return [PlanItem(name, False, "the specification has one linear chirp and its matched filter") for name in names]
 
 
 def _corrected_effects(scene: Scene, fidelity: Fidelity, statistics: EngineStatistics) -> list[PlanItem]:

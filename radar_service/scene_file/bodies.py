@@ -27,9 +27,9 @@ from radar_service.scene_file.model.body import (
     PlatingModel,
     ShapeBodyModel,
 )
+from radar_service.scene_file.readers.file_format import LoadedBody, MeshReader
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
-from radar_service.scene_file.readers.mesh import MAX_FILE_BYTES, LoadedBody, MeshFile
-from radar_service.scene_file.readers.mesh_reader import MeshReader
+from radar_service.scene_file.readers.mesh import MAX_FILE_BYTES, MeshFile
 from radar_service.scene_file.readers.raster import MAX_FILE_BYTES as MAX_RASTER_BYTES
 from radar_service.scene_file.readers.track import MAX_TRACK_BYTES, motion_from_track
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position

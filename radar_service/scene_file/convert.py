@@ -28,7 +28,6 @@ from radar_service.world import (
     SceneError,
     Seaway,
     SeawayMotion,
-    SteeredMotion,
     Stream,
     Waves,
     bounds_of,
@@ -185,8 +184,7 @@ class SeawayBuilder:
             drawn_list if section.list_deg is None else math.radians(section.list_deg),
             drawn_trim if section.trim_deg is None else math.radians(section.trim_deg),
         )
-        steady = len(motion.time) == 1 and not (motion.final_turn or isinstance(motion, SteeredMotion))
-        if steady and motion.time[0] <= 0.0:
+        if motion.keeps_course and motion.time[0] <= 0.0:
             velocity = motion.final_velocity[None, :2] - self._stream
             bounds = bounds_of(self._waves, form, motion.heading, velocity)
         else:

@@ -30,7 +30,7 @@ from radar_service.scene_file.installations import at_location, distance_warning
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.model.platform import PlatformModel, RadarEntry, has_sensors, radar_entries
 from radar_service.scene_file.model.scene import SceneModel
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, MeshReader
+from radar_service.scene_file.readers.file_format import IN_PROCESS, MeshReader
 from radar_service.scene_file.routes import constant_motion, motion_from_model, start_position
 from radar_service.scene_file.transponders import ais_from_models, mmsi_warnings
 from radar_service.scene_file.validation_messages import error_from_problems

@@ -53,9 +53,8 @@ class SourcePowers:
         self._fields: ResultCache[int, tuple[RestingField, Singles]] = ResultCache(max(2, RESTING_BYTES // (12 * cells)))
         tile_bytes = 4 * prepared.tile * prepared.scene.radar.bins * (len(prepared.moving) + OTHER_ARRAYS)
         per_scan = -(-prepared.scene.radar.azimuths // prepared.tile)
-        self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(
-            int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
-        )
+        kept = int(np.clip(TILE_BYTES // tile_bytes, 2, 2 * per_scan))
+        self._tiles: ResultCache[tuple[int, int], TilePowers] = ResultCache(kept)
 
     def tile(self, scan: int, start: int) -> TilePowers:
         """The sources of the tile of a scan that begins at azimuth `start`, a multiple of `Prepared.tile`."""
@@ -136,15 +135,13 @@ class PulsePowers(NamedTuple):
 
 def pulse_powers(pulses: Sequence[Prepared], numbers: Indices) -> list[PulsePowers]:
     """The powers of the sources of a scene; pulses: the scene prepared for each, by rising range; numbers: as SourcePowers."""
-    ends = [0, *(prepared.scene.radar.bins for prepared in pulses)]
-    return [
-        PulsePowers(
-            SourcePowers(prepared, numbers),
-            slice(first, stop),
-            np.float32(pulse_gain(prepared.scene.radar, pulses[-1].scene.radar) ** 2),
-        )
-        for prepared, first, stop in zip(pulses, ends[:-1], ends[1:], strict=True)
-    ]
+    powers, first, last = list[PulsePowers](), 0, pulses[-1].scene.radar
+    for prepared in pulses:
+        radar = prepared.scene.radar
+        gain = np.float32(pulse_gain(radar, last) ** 2)
+        powers.append(PulsePowers(SourcePowers(prepared, numbers), slice(first, radar.bins), gain))
+        first = radar.bins
+    return powers
 
 
 class ScanPowers:

@@ -23,8 +23,6 @@ class Closed(Exception):
 
 
 class Socket:
-    """A websocket client."""
-
     def __init__(self, app: FastAPI, path: str, headers: dict[str, str]) -> None:
         path, _, query = path.partition("?")
         raw = [(key.lower().encode(), value.encode()) for key, value in ({"host": "radar"} | headers).items()]
@@ -71,12 +69,10 @@ class Socket:
         return got
 
     async def say(self, **message: Any) -> None:
-        """Send something."""
         await self._inbound.put({"type": "websocket.receive"} | message)
 
     @property
     def ended(self) -> bool:
-        """Whether the server's side has ended."""
         return self._task.done()
 
     @property
@@ -104,8 +100,6 @@ class Socket:
 
 
 class Server:
-    """A running application."""
-
     def __init__(self, app: FastAPI, http: httpx.AsyncClient) -> None:
         self.app, self.http = app, http
         self.stations: list[Station] = []
@@ -122,8 +116,12 @@ class Server:
         await socket.accepted()
         return socket
 
+    async def step(self, spokes: int) -> None:
+        """Lets a paused radar send so many spokes."""
+        answer = await self.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": spokes}})
+        assert answer.status_code == 200, answer.text
+
     async def leave(self) -> None:
-        """Disconnect everybody."""
         for socket in self._sockets:
             await socket.leave()
 

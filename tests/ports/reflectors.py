@@ -33,7 +33,6 @@ def scene(azimuths: int = 720) -> dict[str, Any]:
 
 
 def simulator(azimuths: int = 720) -> rs.Simulator:
-    """A new simulator of them."""
     return rs.Simulator(rs.load_scene(scene(azimuths)), "fast", 1)
 
 
@@ -43,7 +42,6 @@ def radar_of(source: Any, display_range: float | None = None) -> RadarInfo:
 
 
 def batches(radar: RadarInfo, source: Any, scans: int = 1, size: int = 16) -> Iterator[SpokeBatch]:
-    """The spokes of some scans."""
     first = 0
     for block in source.blocks(scans=scans, size=size):
         yield SpokeBatch(radar.epoch, first, block, GAIN)
@@ -51,6 +49,5 @@ def batches(radar: RadarInfo, source: Any, scans: int = 1, size: int = 16) -> It
 
 
 def crossings(source: Any, scan: int = 0) -> list[dict[str, Any]]:
-    """The truth of the beam's crossings in a scan."""
     lines = [json.loads(line.text) for line in source.truth_lines(scan)]
     return [line for line in lines if line["type"] == "crossing"]

@@ -98,7 +98,6 @@ class Connection:
             self.account.take(wire.unpack(item.data))
 
     async def cut(self) -> None:
-        """Sends no more."""
         self._sending.cancel()
         (outcome,) = await asyncio.gather(self._sending, return_exceptions=True)
         assert outcome is None or isinstance(outcome, asyncio.CancelledError), outcome

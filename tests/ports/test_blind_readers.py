@@ -87,10 +87,6 @@ async def test_who_may_know_is_told(truth: bool, headers: dict[str, str]) -> Non
         for path, status in zip(HIDDEN, (200, 200, 404, 200), strict=True):
             assert (await server.http.get(f"/api/radars/0/{path}", headers=headers)).status_code == status
         radar = (await server.http.get("/api/radars/0", headers=headers)).json()
-        assert radar["plan"]["choices"] == CHOICES and radar["scene"]["warnings"] == ["body[0]: secret is odd"]
-
-
-async def test_the_hello_of_a_server_with_truth_has_all() -> None:
-    async with playing(station(True)) as server:
-        hello = await (await server.feed()).until("hello")
-        assert hello["plan"]["choices"] == CHOICES and hello["scene"]["warnings"] == ["body[0]: secret is odd"]
+        told = [radar, await (await server.feed(**headers)).until("hello")] if truth else [radar]
+        for each in told:
+            assert each["plan"]["choices"] == CHOICES and each["scene"]["warnings"] == ["body[0]: secret is odd"]

@@ -142,8 +142,6 @@ def test_an_epoch_opens_and_a_notice_holds_where_all_calls_before_were_dropped(m
 
 
 class MuteError(Exception):
-    """Its text fails."""
-
     def __str__(self) -> str:
         raise ValueError("no text")
 

@@ -99,8 +99,6 @@ def test_what_is_no_refusal_or_has_a_shape_is_not_changed(response: Response) ->
 
 # roles: each route says which role it needs, and one that does not stops the start.
 def endpoint() -> Any:
-    """An endpoint that does nothing, and declares nothing yet."""
-
     async def answer() -> None:
         """Does nothing."""
 

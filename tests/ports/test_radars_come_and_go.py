@@ -155,8 +155,6 @@ async def test_sentences_are_about_the_first_radar_or_one_by_its_id() -> None:
 
 
 class Talking:
-    """A receiver that always has a sentence."""
-
     sockets = ()
 
     def received(self, count: Callable[[str], None]) -> list[tuple[str, list[bytes]]]:

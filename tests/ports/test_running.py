@@ -158,7 +158,6 @@ def test_scenes_bring_one_to_three_radars_and_leave_no_process_behind(service: S
 
 
 async def first_spoke(address: str) -> tuple[Any, Any]:
-    """The hello of a feed, and a spoke of it."""
     async with FeedClient(address.replace("http://", "ws://")) as client:
         async for spoke in client.spokes():
             return client.hello, spoke

@@ -97,7 +97,7 @@ def test_it_is_one_entry_point(monkeypatch: pytest.MonkeyPatch, ear: Ear) -> Non
 
 def test_spokes_changes_and_times_go_out(ear: Ear) -> None:
     async def test(server: Server) -> None:
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
+        await server.step(7)
         await asyncio.to_thread(ear.until, lambda heard: len(numbers(heard)) >= 7)
         await server.http.patch("/api/radars/0/controls", json={"gain": 61, "transmit": False})
         await server.http.patch("/api/radars/0/bodies/buoy", json={"speed_kn": 5})
@@ -146,8 +146,6 @@ def test_its_routes_have_their_roles(ear: Ear) -> None:
 
 
 class Healthy(ToyPort):
-    """Another port."""
-
     name = "healthy"
 
     def routes(self, service: Service) -> Sequence[APIRouter]:

@@ -79,11 +79,6 @@ def test_gaussian_one_beamwidth_out_is_a_sixteenth() -> None:
     assert PATTERNS["gaussian"].gain(BEAM, BEAM) == pytest.approx(1 / 16, rel=1e-12)  # 2^-(2^2), rounding
 
 
-def test_two_way_three_db_width_of_the_corrected_beam() -> None:
-    # docs/specification.md, errata row 2: power goes as G^2; 0.7200 t3dB, half the last digit
-    assert 2 * half_width(lambda t: SINC2.gain(t, 1.0) ** 2, 0.5, 0.5) == pytest.approx(0.7200, abs=5e-5)
-
-
 def test_a_table_passes_through_its_rows_both_ways_and_holds_its_last_value() -> None:
     offsets, gains = np.array(ROWS).T
     assert TABLE.gain(offsets, BEAM) == pytest.approx(gains, rel=1e-12)  # rounding

@@ -109,13 +109,6 @@ def test_the_table_of_gains_is_the_pattern(pattern: AntennaPattern) -> None:
     np.testing.assert_allclose(interpolated_gain(offset, BEAM, pattern), pattern.gain(offset, BEAM), atol=3e-6)
 
 
-def test_a_longer_aperture_has_a_narrower_uniform_beam() -> None:
-    """Cosine taper: 1.189 lambda / a, so the uniform aperture as long has 0.8859 / 1.189 of the beamwidth (Balanis)."""
-    assert PATTERNS["sinc2"].aperture_beamwidth(BEAM) == BEAM
-    assert PATTERNS["cosine"].aperture_beamwidth(BEAM) == pytest.approx(BEAM * 0.8859 / 1.189, rel=1e-3)
-    assert PATTERNS["cosine2"].half_power_width(BEAM) == BEAM and PATTERNS["cosine2"].description == "cosine2"
-
-
 def test_a_sinc2_beam_has_its_band_in_grid_rows() -> None:
     """sinc^2 of half-power width b has spatial frequencies up to 2 x 0.8859 / (2 b) per radian each side: 0.564 b / step."""
     assert azimuth_oversampling(BEAM, 720) == pytest.approx(0.564 * BEAM / (2 * np.pi / 720), rel=1e-3)
@@ -217,7 +210,7 @@ def test_a_sector_runs_clockwise_and_holds_both_its_ends(
     assert silent.tolist() == [True] * len(inside) + [False] * len(outside)
 
 
-@pytest.mark.parametrize(("sector", "count"), [([0, 360], 36), ([-180, 180], 36), ([0, 90], 10), ([350, 10], 3)])
+@pytest.mark.parametrize(("sector", "count"), [([0, 360], 36), ([350, 10], 3)])
 def test_engine_and_feed_are_silent_at_the_same_azimuths(sector: list[float], count: int) -> None:
     """36 azimuths 10 degrees apart, own ship heading 070. Noise fills every spoke that is not silent."""
     settings = {

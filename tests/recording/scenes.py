@@ -28,7 +28,6 @@ MOVING: dict[str, Any] = {
 
 
 def simulator(fidelity: str = "balanced") -> rs.Simulator:
-    """A new simulator of that scene."""
     return rs.Simulator(rs.load_scene(MOVING), fidelity, SEED)
 
 

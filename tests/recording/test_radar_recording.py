@@ -58,8 +58,6 @@ def test_log_times_go_on_where_simulated_time_starts_again(tmp_path: Path) -> No
 
 
 class WithoutTruth(FakeEngine):
-    """An engine whose process has died."""
-
     def truth_lines(self, scan: int | None) -> list[TruthLine]:
         raise SpokeSourceFault("gone")
 

@@ -1,6 +1,7 @@
 """The short modules of records, each under its name."""
 
 import dataclasses
+from dataclasses import FrozenInstanceError, replace
 from typing import Any
 
 import numpy as np
@@ -90,6 +91,13 @@ def test_the_documented_preset_alone_is_of_the_printed_engine() -> None:
 def test_an_unknown_name_is_refused_with_the_presets(name: str) -> None:
     with pytest.raises(ValueError, match=f'"{name}" is not one of auto, documented, fast, balanced, reference'):
         fidelity_from_name(name)
+
+
+def test_a_fidelity_is_changed_by_a_copy_alone() -> None:
+    preset = PRESETS["fast"]
+    with pytest.raises(FrozenInstanceError):
+        preset.bounces = 5  # type: ignore[misc]
+    assert replace(preset, bounces=5) != preset and hash(replace(preset)) == hash(preset)
 
 
 # cell_sources: what is requested of the sources of cells, and what can be told.

@@ -214,8 +214,8 @@ PUBLIC = (
 )
 INTERFACES = (
     "radar_service.radar.antenna:AntennaPattern", "radar_service.scattering.model:ScatteringModel",
-    "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.mesh_reader:MeshReader",
-    "radar_service.scene_file.readers.mesh_reader:BodyFile",
+    "radar_service.plots.thresholds:Threshold", "radar_service.scene_file.readers.file_format:MeshReader",
+    "radar_service.scene_file.readers.file_format:BodyFile",
     "radar_service.stages.effect:Effect", "radar_service.stages.effect:EffectTruth", "radar_service.stages.stage:Stage",
     "radar_service.spoke_source:SpokeSource", "radar_service.spoke_source:Commanded",
     "radar_service.spoke_source:TellsSources",

@@ -77,7 +77,7 @@ def test_several_problems_come_together(folder: Path) -> None:
 
 
 def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("radar_service.scene_file.readers.mesh_reader.InProcessReader.max_triangles", 700)
+    monkeypatch.setattr("radar_service.scene_file.readers.file_format.InProcessReader.max_triangles", 700)
     bodies = [{"name": f"s{k}", "shape": "sphere", "radius_m": 0.1, "rcs_dbsm": 0} for k in range(3)]
     assert problems({"body": bodies})[0].startswith("body[2]: the body brings the scene to 960 triangles; at most 700")
 

@@ -1,6 +1,5 @@
 """Labels against separately run sources: each source of the scene by itself, in an engine in which all others are silent."""
 
-import time
 from dataclasses import replace
 from typing import Any
 
@@ -118,35 +117,6 @@ def test_the_order_of_bodies_changes_no_name() -> None:
     count = len(made.bodies)
     as_first = np.where(second >= BODY, BODY + (count - 1) - (second - BODY), second)
     assert np.mean(first == as_first) > SHARE
-
-
-SHIP = {"shape": "hull", "length_m": 60, "beam_m": 10, "height_m": 8, "material": "wood"}
-POINT = {"shape": "point", "rcs_dbsm": 40}
-
-
-@pytest.mark.bench
-@pytest.mark.parametrize(
-    ("body", "environment", "max_cost"),
-    [(SHIP, {"noise": True, "sea_state": 3}, 1.5), (POINT, {"noise": True}, 1.6), (POINT, {}, 2.0)],
-    ids=["ships at sea", "points whose range sidelobes stand out of the noise", "points without noise"],
-)
-def test_labels_cost_at_most_half_a_run(body: dict[str, Any], environment: dict[str, Any], max_cost: float) -> None:
-    """Twenty bodies under way; max_cost: of the plain run. Scans alternate, so both kinds fill their caches."""
-    rng = np.random.default_rng(5)
-    bodies = [
-        {**body, "name": f"body {k}", "speed_kn": 10, "course_deg": float(rng.uniform(0, 360)),
-         "position_m": [r * np.sin(a), r * np.cos(a), 0]}
-        for k, (r, a) in enumerate(zip(rng.uniform(500, 4500, 20), rng.uniform(0, 2 * np.pi, 20), strict=True))
-    ]  # fmt: skip
-    engine = LabellingEngine(prepare(scene(bodies, environment=environment), PRESETS["balanced"], 0))
-    spent: dict[bool, list[float]] = {False: [], True: []}
-    for scan in range(10):
-        labelled = scan % 2 == 1
-        before = time.process_time()
-        for _ in engine.labelled_tiles(scan) if labelled else engine.tiles(scan):
-            pass
-        spent[labelled].append(time.process_time() - before)
-    assert min(spent[True]) < max_cost * min(spent[False])  # the least disturbed of each kind
 
 
 HIGHEST = 300  # 9 bits, which leave 14 for the power: a part in 16,384

@@ -51,6 +51,16 @@ def test_a_leg_is_the_integral_of_its_course(rate: float, turn_time: float, time
     assert rest.motion(None).pose(later).position[0] == pytest.approx(motion.pose(later).position[0], abs=NANOMETRE)
 
 
+@pytest.mark.parametrize("rate", [0.0, 0.05])
+def test_a_leg_continues_backward_without_a_corner(rate: float) -> None:
+    segment = MotionSegment(1000.0, np.array([10.0, -20.0, 0.0]), 2.5, 8.0, rate)
+    pose = segment.motion(None).pose(np.array([980.0, 1000.0]))
+    course = 2.5 - rate * 20.0
+    back = MotionSegment(980.0, pose.position[0], course, 8.0, rate)
+    assert back.at(1000.0).position == pytest.approx(segment.position, abs=NANOMETRE)
+    assert pose.heading[0] == pytest.approx(course, abs=1e-9)
+
+
 def test_it_begins_as_the_motion_of_the_scene() -> None:
     first = constant_motion(np.array([100.0, 200.0, 3.0]), 10.0, 40.0, 5.0)
     time = np.array([0.0, 3.0, 50.0])

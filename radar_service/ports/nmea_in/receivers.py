@@ -4,7 +4,7 @@ import contextlib
 import socket
 import time
 from collections.abc import Callable, Sequence
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 from radar_service.ports.nmea.listeners import MAX_CLIENTS, TcpListener, may_come
 from radar_service.ports.nmea_in.sentence_reader import SentenceLines
@@ -22,20 +22,6 @@ class Received(NamedTuple):
 
     sender: str
     lines: list[bytes]
-
-
-class Receiver(Protocol):
-    """Gives sentences. All but `close` belongs to one thread."""
-
-    @property
-    def sockets(self) -> Sequence[socket.socket]:
-        """What is readable when there is something to receive."""
-
-    def received(self, count: Count) -> list[Received]:
-        """Returns the lines that have come, without waiting. count: is told how many were left out, with a word."""
-
-    def close(self) -> None:
-        """Closes its sockets."""
 
 
 class _Talk:
@@ -80,7 +66,8 @@ class TcpReceiver(TcpListener[_TcpTalk]):
         return [self._listener, *(client.connection for client in self.clients)]
 
     def received(self, count: Count) -> list[Received]:
-        """Takes those who connect, and returns what all have sent."""
+        """Takes those who connect, and returns what all have sent, without waiting. count: is told how many lines were left out,
+        with a word."""
         before = self.refused
         self.accept()
         count("connection", self.refused - before)
@@ -134,3 +121,6 @@ class UdpReceiver(UdpListener):
         if len(self._talks) > MAX_CLIENTS:
             del self._talks[next(iter(self._talks))]
         return talk
+
+
+Receiver = TcpReceiver | UdpReceiver

@@ -86,7 +86,9 @@ async def _form_fields(path: Path, content_type: str) -> dict[str, Any]:
             scene_file = f"scene{_ending(scene)}"
             checked_name(name)
             checked_file_names(files, scene_file, BODY)
-            _store(files | {scene_file: scene}, path.parent)
+            for file_name, part in (files | {scene_file: scene}).items():
+                with (path.parent / file_name).open("wb") as copy:
+                    shutil.copyfileobj(part.file, copy)
     return {"name": name, "file": scene_file}
 
 
@@ -114,12 +116,6 @@ def _ending(scene: UploadFile) -> str:
     if ending not in (".toml", ".json"):
         raise SceneError(f'scene: the ending "{ending[:20]}" is not known; send a .toml or .json file')
     return ending
-
-
-def _store(files: Mapping[str, UploadFile], folder: Path) -> None:
-    for name, part in files.items():
-        with (folder / name).open("wb") as file:
-            shutil.copyfileobj(part.file, file)
 
 
 def scene_routes(stations: Mapping[str, Station], store: SceneStore, reader: BodyReader) -> APIRouter:

@@ -1,12 +1,12 @@
-"""What a format of files is here: how a file of it is recognised, checked and parsed."""
+"""What a format of files is here: how a file of it is recognised, checked and parsed; and what reads the files of a scene."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Generic, Literal, NamedTuple, TypeVar
+from typing import Generic, Literal, NamedTuple, Protocol, TypeVar
 
 from radar_service.numerics import Floats, Indices
-from radar_service.world import SceneError
+from radar_service.world import Mesh, SceneError
 
 Faces = Indices
 Triangles = tuple[Floats, Faces]  # vertices (V, 3) in units of the file, faces (F, 3)
@@ -85,3 +85,65 @@ def refusals(name: str, location: str) -> Iterator[None]:
         text = " ".join(str(error).split())
         reason = f"{type(error).__name__}: {text[:120]}" if text else type(error).__name__
         raise SceneError(f"{location}: the file is not readable as {name.upper()} ({reason}); export it again") from None
+
+
+class LoadedBody(NamedTuple):
+    """What a file gives for a body.
+
+    mesh: usable, in its own frame.
+    findings: its defects in words without a subject, for warnings.
+    position: (3,) [m] of the frame's origin: on the map for a height map, from the place of the mesh in the scene for one of
+        several bodies; None: at that place.
+    name: of one of several bodies, where the file tells it.
+    """
+
+    mesh: Mesh
+    findings: tuple[str, ...]
+    position: Floats | None = None
+    name: str = ""
+
+
+class BodyFile(Protocol):
+    """A file with bodies that is to be read: its content, and what the scene says of it.
+
+    location: key path and name of the file, with which messages begin.
+    max_bodies: how many it may hold. placed: whether it tells their positions.
+    """
+
+    @property
+    def location(self) -> str: ...
+
+    @property
+    def content(self) -> bytes: ...
+
+    @property
+    def max_bodies(self) -> int: ...
+
+    @property
+    def placed(self) -> bool: ...
+
+    def read(self) -> tuple[LoadedBody, ...]:
+        """Returns its bodies. Raises SceneError if there is no usable one."""
+
+
+class MeshReader(Protocol):
+    """Reads the bodies in files. max_triangles: the most triangles that all bodies of a scene may have together."""
+
+    @property
+    def max_triangles(self) -> int: ...
+
+    def read(self, file: BodyFile) -> tuple[LoadedBody, ...]:
+        """Returns the bodies in a file. Raises SceneError if there is no usable one."""
+
+
+class InProcessReader:
+    """Reads files in this process, without limits: for files that the operator of the program trusts."""
+
+    max_triangles = 40_000_000  # some 2 GB as vertices, faces and ray-tracing tree
+
+    def read(self, file: BodyFile) -> tuple[LoadedBody, ...]:
+        """Returns the bodies in a file. Raises SceneError if there is no usable one."""
+        return file.read()
+
+
+IN_PROCESS = InProcessReader()

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
+from radar_service.scene_file.readers.file_format import LoadedBody
 from radar_service.scene_file.readers.formats import examples
-from radar_service.scene_file.readers.mesh import LoadedBody
 from radar_service.scene_file.readers.raster import Raster, raster_from_bytes
 from radar_service.stages.fields import MAX_HEIGHT, MIN_HEIGHT
 from radar_service.world import Mesh, Origin, SceneError, map_from_geographic

@@ -7,7 +7,15 @@ from typing import Any, ClassVar, NamedTuple
 import numpy as np
 
 from radar_service.numerics import MAX_COORDINATE, Flags, Floats, Indices
-from radar_service.scene_file.readers.file_format import Faces, FileBody, Format, check_face_count, check_range, refusals
+from radar_service.scene_file.readers.file_format import (
+    Faces,
+    FileBody,
+    Format,
+    LoadedBody,
+    check_face_count,
+    check_range,
+    refusals,
+)
 from radar_service.scene_file.readers.formats import examples, format_of
 from radar_service.world import Mesh, SceneError, row_marks
 
@@ -124,22 +132,6 @@ def _is_flat(points: Floats, faces: Faces, piece: Faces, count: int) -> Flags:
     result = np.zeros(count)
     np.maximum.at(result, piece, np.abs(off).max(axis=1))
     return result <= FLAT
-
-
-class LoadedBody(NamedTuple):
-    """What a file gives for a body.
-
-    mesh: usable, in its own frame.
-    findings: its defects in words without a subject, for warnings.
-    position: (3,) [m] of the frame's origin: on the map for a height map, from the place of the mesh in the scene for one of
-        several bodies; None: at that place.
-    name: of one of several bodies, where the file tells it.
-    """
-
-    mesh: Mesh
-    findings: tuple[str, ...]
-    position: Floats | None = None
-    name: str = ""
 
 
 @dataclass(frozen=True)

@@ -21,8 +21,7 @@ from numpy.typing import NDArray
 
 from radar_service.numerics import MAX_COORDINATE
 from radar_service.processes.limits import BACKSTOP, MAX_PROCESSOR_TIME, child_environment, machine_busy
-from radar_service.scene_file.readers.mesh import LoadedBody
-from radar_service.scene_file.readers.mesh_reader import BodyFile
+from radar_service.scene_file.readers.file_format import BodyFile, LoadedBody
 from radar_service.world import Mesh, SceneError
 
 MAX_MEMORY = 2 * 2**30  # bytes above the interpreter's own; an STL of 64 MiB needs 1.2 GiB
@@ -48,7 +47,7 @@ class Answer(NamedTuple):
 
 
 class Sandbox:
-    """A mesh_reader.MeshReader that reads files in a child process, one at a time. Call `close` after use.
+    """A MeshReader that reads files in a child process, one at a time. Call `close` after use.
 
     memory: limit of the child [bytes above the interpreter's own]. processor_time: limit of its parsing [s per file]. backstop:
     wall-clock time after which the parent ends the child, its start included [s per file]. command: the program that answers, by

@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from radar_service.processes.limits import forbid_access, limit_memory, limit_processor_time
-from radar_service.scene_file.readers.mesh import LoadedBody
-from radar_service.scene_file.readers.mesh_reader import FILES, IN_PROCESS, BodyFile, MeshReader
+from radar_service.scene_file.readers.file_format import IN_PROCESS, BodyFile, LoadedBody, MeshReader
+from radar_service.scene_file.readers.heightmap import HeightMapFile
+from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.sandbox import DTYPES, MAX_TRIANGLES
 from radar_service.world import SceneError
 
@@ -27,7 +28,7 @@ Arrays = dict[str, NDArray[Any]]
 
 def warm_up() -> None:
     """Reads one small file of each format, so that parsers import and open what they need before the limits apply."""
-    for kind in FILES:
+    for kind in (MeshFile, HeightMapFile):
         for example in kind.examples():
             with contextlib.suppress(Exception):  # of a stranger's reader
                 example.read()

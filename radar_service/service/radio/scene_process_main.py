@@ -23,7 +23,7 @@ from radar_service.processes.limits import MachineBusyError, at_low_priority, li
 from radar_service.radar import Radar
 from radar_service.scene_file.document import model_and_folder, model_at_range
 from radar_service.scene_file.load import scene_from_model
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
+from radar_service.scene_file.readers.file_format import IN_PROCESS
 from radar_service.scene_file.readers.sandbox import Sandbox
 from radar_service.service.radio.spare import MeasuredPlan, PlanChild, Spares, SpareTakesOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest

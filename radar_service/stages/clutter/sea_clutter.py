@@ -66,7 +66,7 @@ class WaveRows:
         grid, row = self._grid, np.arange(start, stop)
         time: Floats = np.maximum((scan + row / grid.rows_per_scan) * grid.rotation_period, 0.0)
         along, slope = self._seen.slopes(self._outward[row])
-        phase = self._seen.waves.phases(grid.antenna(time), time)
+        phase = self._seen.waves.phases(grid.antenna(time)[:, :2], time)
         return (_sums(along, slope, phase, grid.step, len(grid.distance)) / self._deviation(row)).astype(np.float32)
 
     def _deviation(self, row: Indices) -> Floats:
@@ -279,9 +279,4 @@ def _texture_grid(scene: Scene, distance: Floats, rows_per_scan: int, step: floa
     environment = scene.environment
     downwind = -np.array([np.sin(environment.wind_from), np.cos(environment.wind_from)])
     waves, lifetime = downwind * peak_wave_speed(environment.sea_state), peak_wave_period(environment.sea_state)
-    antenna, radar = partial(_antenna, scene), scene.radar
-    return TextureGrid(rows_per_scan, radar.rotation_period, step, distance, lifetime, waves, antenna)
-
-
-def _antenna(scene: Scene, time: Floats) -> Floats:
-    return scene.antenna(np.asarray(time, dtype=np.float64))[:, :2]
+    return TextureGrid(rows_per_scan, scene.radar.rotation_period, step, distance, lifetime, waves, scene.antenna)

@@ -89,7 +89,7 @@ class TextureGrid:
     distance: (columns,) ground distance of each column [m].
     lifetime: of the texture [s].
     waves: (2,) velocity of the waves east, north [m/s].
-    antenna: positions (J, 2) east, north [m] of the antenna at times (J,) [s].
+    antenna: positions (J, 2 or more) east, north [m] of the antenna at times (J,) [s].
     """
 
     rows_per_scan: int
@@ -140,7 +140,7 @@ class TextureRows:
         field = np.floor(time / grid.lifetime).astype(np.int64)
         blend = 0.5 * np.pi * (time / grid.lifetime - field)
         low = int(field[0])  # times rise with the rows
-        antenna = grid.antenna(np.concatenate([time, np.arange(low, int(field[-1]) + 2) * grid.lifetime]))
+        antenna = grid.antenna(np.concatenate([time, np.arange(low, int(field[-1]) + 2) * grid.lifetime]))[:, :2]
         now, own = antenna[: len(row)], antenna[len(row) :]
         number = np.concatenate([field, field + 1])
         start = np.tile(now, (2, 1)) - grid.waves * (np.tile(time, 2) - number * grid.lifetime)[:, None]

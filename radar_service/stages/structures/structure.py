@@ -83,9 +83,7 @@ class TakenTable:
         extent = min(extent, MAX_OFFSET)
         per_unit = float(fresnel_unit(wavelength, structure.distance))
         reach = 0.5 * aperture.length + structure.radius + TAPER_END * per_unit
-        self.reach = (
-            MAX_ASIDE if reach >= structure.distance else min(MAX_ASIDE, float(np.arcsin(reach / structure.distance)))
-        )
+        self.reach = min(MAX_ASIDE, float(np.arcsin(min(1.0, reach / structure.distance))))
         asides = 2 * int(np.ceil(self.reach * structure.distance / per_unit * STEPS_PER_UNIT)) + 1
         aside = np.linspace(-self.reach, self.reach, asides)
         offsets = 2 * int(np.ceil(extent * aperture.length / wavelength * STEPS_PER_NULL)) + 1
@@ -105,9 +103,8 @@ class TakenTable:
         behind = np.nonzero((np.abs(aside) < self.reach) & (np.abs(offset) < self.extent))
         if not len(behind[0]):
             return
-        (row, up), (column, right) = (
-            _cells(values[behind], *axis) for values, axis in ((aside, self._aside), (offset, self._offset))
-        )
+        row, up = _cells(aside[behind], *self._aside)
+        column, right = _cells(offset[behind], *self._offset)
         table = self._field
         lower = table[row, column] * (1.0 - right) + table[row, column + 1] * right
         upper = table[row + 1, column] * (1.0 - right) + table[row + 1, column + 1] * right

@@ -43,7 +43,6 @@ def blocks(datagram: bytes, of: int = 240) -> list[bytes]:
 
 
 def record(content: bytes) -> str | Video:
-    """The text of a summary, or video."""
     present, at = list[bool](), 0
     while True:
         octet, at = content[at], at + 1
@@ -74,7 +73,6 @@ def record(content: bytes) -> str | Video:
 
 
 def videos(datagrams: list[bytes]) -> list[Video]:
-    """The video of some datagrams."""
     return [got for each in datagrams for content in blocks(each) if isinstance(got := record(content), Video)]
 
 

@@ -102,7 +102,6 @@ SOURCE = cache(simulator)
 
 @cache
 def sent() -> list[SpokeBatch]:
-    """Two scans."""
     return list(batches(radar_of(SOURCE()), SOURCE(), 2))
 
 

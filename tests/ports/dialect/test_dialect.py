@@ -148,7 +148,6 @@ class Display:
             await asyncio.sleep(0.005)
 
     async def tells(self, **expected: int) -> None:
-        """Waits for reports of these values, by x and the id."""
         await self.until(lambda: {int(name[1:], 16): value for name, value in expected.items()}.items() <= self.told.items())
 
 

@@ -9,17 +9,12 @@ from radar_service import wire
 from radar_service.ports.feed.feed_socket import ConnectionErrors
 from radar_service.records.cell_sources import SourceList
 from radar_service.world.reporting import ErrorSettings
-from tests.ports.asgi import Closed, Server
+from tests.ports.asgi import Closed
 from tests.ports.playing import FLAT_OUT, playing, station
 from tests.service.fake import AZIMUTHS, BINS, SOURCES, STEP, FakeEngine, labels_of, power_of, scene
 from tests.world.test_world import settings
 
 CONTROLS = "/api/radars/0/controls"
-
-
-async def step(server: Server, spokes: int) -> None:
-    answer = await server.http.patch(CONTROLS, json={"pace": {"state": "step", "steps": spokes}})
-    assert answer.status_code == 200, answer.text
 
 
 async def test_hello_says_what_is_coming() -> None:
@@ -42,7 +37,7 @@ async def test_spokes_arrive_whole_and_in_order() -> None:
     async with playing() as server:
         feed = await server.feed("?encoding=f32")
         await feed.until("hello")
-        await step(server, 2 * AZIMUTHS)
+        await server.step(2 * AZIMUTHS)
         got = await feed.spokes(2 * AZIMUTHS)
         numbers = np.concatenate([np.arange(m["first"], m["first"] + m["count"]) for m in got])
         np.testing.assert_array_equal(numbers, np.arange(2 * AZIMUTHS))
@@ -61,10 +56,10 @@ async def test_batches_are_cut_by_time() -> None:
     async with playing() as server:
         # 24 spokes in 2.5 s are 104 ms each: one a message at factor 1; at factor 14 two in 15 ms
         feed = await server.feed()
-        await step(server, 3)
+        await server.step(3)
         assert [m["count"] for m in await feed.spokes(3)] == [1, 1, 1]
         await server.http.patch(CONTROLS, json={"pace": {"factor": 14}})
-        await step(server, 7)
+        await server.step(7)
         assert [m["count"] for m in await feed.spokes(7)] == [2, 2, 2, 1]  # 3 and 4 end a block, 9 ends the steps
 
 
@@ -72,13 +67,13 @@ async def test_another_range_is_another_epoch_at_once() -> None:
     async with playing() as server:
         feed = await server.feed("?encoding=f32")
         old = (await feed.until("hello"))["epoch"]
-        await step(server, 5)
+        await server.step(5)
         await feed.spokes(5)
         await server.http.patch(CONTROLS, json={"range_m": 100})
         hello = await feed.receive()
         assert hello["type"] == "hello" and hello["epoch"] != old and hello["encoding"]["bins"] == 10
         assert hello["controls"]["range_m"] == 100.0 and hello["encoding"]["range_m"] == pytest.approx(100.0)
-        await step(server, 2)
+        await server.step(2)
         message = await feed.until("spokes")
         assert (message["first"], message["index"], message["bins"]) == (0, 5, 10)  # the scan goes on, numbers start anew
         np.testing.assert_array_equal(wire.samples(message)[0], power_of([5], BINS)[0, :10])
@@ -89,7 +84,7 @@ async def test_truth_is_sent_on_request_where_it_is_allowed() -> None:
         feed = await server.feed("?truth=1&encoding=f32")
         hello = await feed.receive()
         assert hello["truth"] is True
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         times, seen = [], 0
         while seen < AZIMUTHS or len(times) < 8:
             message = await feed.receive()
@@ -105,13 +100,13 @@ async def test_labels_are_sent_on_request_from_the_first_spoke_on() -> None:
     async with playing(station(allow_truth=True)) as server:
         plain = await server.feed("?encoding=f32")
         hello = await plain.receive()
-        await step(server, 5)
+        await server.step(5)
         before = await plain.spokes(5)
         feed = await server.feed("?encoding=f32&labels=1&powers=256")
         greeting = await feed.receive()
         assert greeting["sources"] == [{"number": number, "name": name} for number, name in SOURCES.items()]
         assert "sources" not in hello and greeting["epoch"] == hello["epoch"]
-        await step(server, 2 * AZIMUTHS)
+        await server.step(2 * AZIMUTHS)
         messages, others = await feed.spokes(2 * AZIMUTHS), [*before, *await plain.spokes(2 * AZIMUTHS)]
         assert others[0]["first"] == 0 and messages[0]["first"] == 5
         for message in messages:
@@ -139,10 +134,10 @@ async def test_a_client_with_labels_that_comes_back_misses_nothing() -> None:
         query = "?encoding=u8&bins=4&labels=1&spokes=2&compress=deflate"
         first = await server.feed(query)
         epoch = (await first.until("hello"))["epoch"]
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         whole = await first.spokes(AZIMUTHS)
         await first.leave()
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         second = await server.feed(f"{query}&since={epoch}:{whole[1]['first']}")
         assert (await second.receive())["epoch"] == epoch
         message = await second.receive()

@@ -44,5 +44,4 @@ def read_reports(datagrams: list[bytes]) -> dict[int, int]:
 
 
 def command(number: int, value: int, size: int) -> bytes:
-    """A command as displays send them."""
     return struct.pack("<II", number, size) + value.to_bytes(size, "little")

@@ -44,7 +44,6 @@ def read_frame(datagram: bytes) -> list[Spoke]:
 
 
 def read_reports(datagrams: list[bytes]) -> dict[str, int]:
-    """What reports tell, the last ones hold."""
     told: dict[str, int] = {}
     sizes = {1: 18, 2: 99, 3: 129, 4: 66, 6: 68, 8: 21}
     for each in datagrams:

@@ -18,7 +18,6 @@ def read(line: bytes) -> str:
 
 
 def fields_of(line: bytes) -> tuple[str, list[str]]:
-    """Talker with type, and the fields."""
     kind, *fields = read(line).split(",")
     return kind, fields
 

@@ -44,8 +44,6 @@ TURNING = {"course_deg": 100, "speed_kn": 14, "manoeuvre": [
 
 
 class OneStation:
-    """What the port takes of a station."""
-
     def __init__(self, simulator: Any, start: datetime = START, identity: str = "0") -> None:
         self.identity, self.start_utc, self.sensor_laws = identity, start, ErrorStage(simulator, []).laws_at
         self.epoch = SimpleNamespace(info=simulator.info, spoke_source=simulator)
@@ -64,12 +62,10 @@ SITES = {
 
 
 def on_the_air(**simulators: Any) -> Stations:
-    """Stations with these simulators, by their ids."""
     return Stations(cast(Station, OneStation(simulator, identity=name)) for name, simulator in simulators.items())
 
 
 def stations_of(scene: dict[str, Any]) -> Stations:
-    """The stations of a scene with several radars."""
     loaded = load_scene(scene)
     return on_the_air(**{radar: Simulator(loaded, fidelity="fast", radar=radar) for radar in loaded.radar_ids})
 
@@ -126,7 +122,6 @@ def seconds_of(message: Any) -> float:
 
 
 def close(given: Any, expected: float, digit: float, turn: float = 0.0) -> None:
-    """Asserts that a number is the expected one to half a digit."""
     difference = float(given) - expected
     difference = math.remainder(difference, turn) if turn else difference
     assert abs(difference) <= 0.5 * digit + ROUNDING, (given, expected)
@@ -323,8 +318,6 @@ def test_another_radar_and_a_source_without_ships_say_nothing() -> None:
 
 
 class Replaced:
-    """A simulator whose process fails once."""
-
     def __init__(self, simulator: Simulator) -> None:
         self.info, self._simulator, self.faults = simulator.info, simulator, 1
 

@@ -39,7 +39,7 @@ from radar_service.world.geo import map_from_geographic
 from tests.ports.asgi import Server, running
 from tests.ports.nmea.reading import hdt, line, rmc
 from tests.ports.nmea.test_senders import HERE, free_port
-from tests.ports.nmea_in.test_receivers import Clock
+from tests.ports.nmea_in.test_nmea_in import Clock
 from tests.ports.playing import PAUSED
 from tests.service.in_process import InProcess
 
@@ -219,7 +219,7 @@ async def test_bad_input_is_counted_and_the_radar_goes_on(monkeypatch: pytest.Mo
             await bad.drain()
             say(steers, hdt(20))
             await until(lambda: heads(server, 20.0))
-            await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 16}})
+            await server.step(16)
             await until(lambda: is_at(server, 2.0))
             await until(lambda: read_all(server))
             assert (await latest(server))["heading_deg"] == pytest.approx(20.0, abs=ROUNDING)
@@ -249,8 +249,6 @@ class Queue:
 
 
 class FakeStation:
-    """What steering takes of a station."""
-
     identity = "0"
 
     def __init__(self, input_: dict[str, Any]) -> None:

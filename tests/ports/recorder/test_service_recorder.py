@@ -24,7 +24,6 @@ from tests.service.fake import AZIMUTHS, SOURCES, FakeEngine, labels_of, scene
 
 @pytest.fixture
 def lines() -> Any:
-    """What is logged at ERROR."""
     got: list[str] = []
     handler = logging.Handler(logging.ERROR)
     handler.emit = lambda record: got.append(f"{record.getMessage()} {getattr(record, 'fields', {}).get('reason')}")  # type: ignore[method-assign]

@@ -134,7 +134,6 @@ def chunks(size: int) -> list[bytes]:
 
 
 def in_one(text: bytes, size: int) -> list[bytes]:
-    """About `size` bytes, in pieces of 64 KiB."""
     return [text * (2**16 // len(text))] * (size // 2**16)
 
 

@@ -30,7 +30,7 @@ async def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
             "latest": None,
         }
         feed = await server.feed()
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
+        await server.step(7)
         await feed.spokes(7)
         answer = await server.http.patch(BUOY, json={"course_deg": 90, "speed_kn": 5})
         expected = {
@@ -47,7 +47,7 @@ async def test_a_command_acts_from_the_first_spoke_that_is_not_sent() -> None:
         own = (await server.http.patch(OWN, json={"turn_rate_deg_s": -2})).json()
         assert (own["body"], own["spoke"], own["turn_rate_deg_s"]) == (None, 7, -2.0)
         assert (await server.http.get(OWN)).json()["latest"] == own
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 5}})
+        await server.step(5)
         assert [m["first"] for m in await feed.spokes(5)][0] == 7  # none is lost, none comes twice
 
 

@@ -120,7 +120,7 @@ async def test_a_bad_scene_is_refused_and_the_feed_goes_on() -> None:
         for requested, status, line in BAD_SCENES:
             answer = await server.http.put("/api/radars/0/scene", json=requested)
             assert answer.status_code == status and answer.json()["detail"][0].startswith(line), answer.text
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
+        await server.step(2)
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
 
 
@@ -137,7 +137,7 @@ async def test_truth_is_given_only_where_it_is_allowed() -> None:
 async def test_the_picture_shows_the_azimuths_received_so_far() -> None:
     async with playing() as server:
         feed = await server.feed()
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS // 2}})
+        await server.step(AZIMUTHS // 2)
         await feed.spokes(AZIMUTHS // 2)
         while (await server.http.get("/api/health")).json()["radars"][0]["simulated_s"] < 1.25:
             await asyncio.sleep(0.001)
@@ -153,10 +153,6 @@ async def test_the_picture_shows_the_azimuths_received_so_far() -> None:
 
 
 NONE: dict[str, Any] = dict.fromkeys(("gyro", "log", "position", "antenna", "feed"))
-
-
-async def step(server: Server, spokes: int) -> None:
-    await server.http.patch(CONTROLS, json={"pace": {"state": "step", "steps": spokes}})
 
 
 async def test_errors_are_told_changed_and_switched_off() -> None:
@@ -197,7 +193,7 @@ async def test_blind_spokes_are_those_that_the_radar_does_not_transmit_in() -> N
 
     async def blind(server: Server) -> list[bool]:
         feed = await server.feed()
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         return [
             flag for message in await feed.spokes(AZIMUTHS) for flag in message.get("blind") or [False] * message["count"]
         ]
@@ -222,7 +218,7 @@ async def test_a_slow_connection_carries_each_message(monkeypatch: pytest.Monkey
     async with playing() as server:
         feed = await server.feed()
         sizes = [len(await feed.raw())]
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         while len(sizes) < 3:
             sizes.append(len(await feed.raw()))
         assert carried[:3] == sizes
@@ -244,7 +240,7 @@ async def test_frames_take_no_short_cut_past_a_faulty_connection(monkeypatch: py
     async with playing(only := station()) as server:
         await server.http.patch(ERRORS, json={"feed": {"cut_after_s": 1e6}})
         await server.feed()
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         while not only.transmitter.pacer.idle or len(written) < 5:
             await asyncio.sleep(0.001)
         assert len(written) == len(carried)
@@ -257,7 +253,7 @@ async def test_a_cut_connection_ends_without_a_bye_and_can_be_resumed() -> None:
         await server.http.patch(ERRORS, json={"feed": {"cut_after_s": 0.1}})
         received: list[dict[str, Any]] = []
         while not feed.ended:
-            await step(server, 1)
+            await server.step(1)
             with contextlib.suppress(TimeoutError):
                 received.append(await asyncio.wait_for(feed.receive(), 0.5))  # s, for what takes milliseconds or never comes
         while feed.holds_message:  # on a busy machine it takes longer

@@ -3,7 +3,12 @@
 import asyncio
 import contextlib
 import errno
+import fcntl
+import gc
 import json
+import subprocess
+import sys
+import tempfile
 import threading
 import time
 from collections.abc import AsyncIterator
@@ -26,7 +31,7 @@ from radar_service.ports.rest.answers import add_exception_handlers, problem_lin
 from radar_service.ports.rest.metrics import Vitals
 from radar_service.ports.rest.pictures import Pictures
 from radar_service.ports.rest.rest_port import RestPort
-from radar_service.ports.rest.scene_store import Conflict
+from radar_service.ports.rest.scene_store import Conflict, OwnedFolder, SceneStore
 from radar_service.ports.rest.schemas import ControlsChange, ControlsState
 from radar_service.processes.call import ProcessFault
 from radar_service.processes.fork_server import ForkServer
@@ -111,7 +116,7 @@ async def test_metrics_count_what_the_clients_saw() -> None:
     async with playing() as server:
         feed = await server.feed("?encoding=f32")
         got = [await feed.receive()]
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 12}})
+        await server.step(12)
         while sum(message.get("count", 0) for message in got) < 12:
             got.append(await feed.receive())
         await server.http.get("/api/radars/0", headers={"origin": "http://elsewhere"})
@@ -188,19 +193,15 @@ async def line(socket: Socket) -> dict[str, Any]:
     return dict(json.loads(await socket.text()))
 
 
-async def step(server: Server, spokes: int) -> None:
-    await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": spokes}})
-
-
 async def test_lines_come_in_step_with_the_spokes() -> None:
     async with playing(station(allow_truth=True)) as server:
         truth, feed = await server.open(PATH), await server.feed()
         assert (await line(truth))["type"] == "header"
-        await step(server, AZIMUTHS // 2)
+        await server.step(AZIMUTHS // 2)
         await feed.spokes(AZIMUTHS // 2)
         first = await line(truth)
         assert (first["type"], first["spoke"], first["scan"]) == ("crossing", 8, 0)
-        await step(server, AZIMUTHS - AZIMUTHS // 2)
+        await server.step(AZIMUTHS - AZIMUTHS // 2)
         assert [(await line(truth))["type"] for _ in range(2)] == ["crossing", "snapshot"]
 
 
@@ -208,7 +209,7 @@ async def test_the_power_of_bodies_is_asked_for_by_the_address() -> None:
     async with playing(station(allow_truth=True)) as server:
         truth, feed = await server.open(f"{PATH}?radiometric=1"), await server.feed()
         assert (await line(truth))["type"] == "header"
-        await step(server, AZIMUTHS)
+        await server.step(AZIMUTHS)
         await feed.spokes(AZIMUTHS)
         assert (await line(truth))["snr_db"] == 20.0
         wrong = await server.open(f"{PATH}?radiometric=yes")
@@ -394,3 +395,87 @@ async def test_a_picture_that_fails_is_drawn_again(fork_server: ForkServer, monk
         with pytest.raises(ProcessFault):
             await drawing.png(radar, 64, None)
         assert await drawing.png(radar, 64, None) == b"drawn"
+
+
+# scene_store: folders of living owners stay, those of dead ones go.
+PREFIX = "owned-"
+OWNER = f"""
+import sys
+from radar_service.ports.rest.scene_store import OwnedFolder
+folder = OwnedFolder({PREFIX!r})
+(folder.path / "upload").write_text("some")
+print(folder.path, flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.fixture
+def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder for temporary ones of its own."""
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
+    return tmp_path
+
+
+def test_what_a_killed_process_has_left_goes_at_the_next_start(temporary: Path) -> None:
+    with subprocess.Popen([sys.executable, "-c", OWNER], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as owner:
+        assert owner.stdout
+        left = Path(owner.stdout.readline().strip())
+        assert OwnedFolder(PREFIX).path != left and (left / "upload").is_file()  # its owner lives
+        owner.kill()
+        owner.wait()
+        assert left.is_dir()
+        folder = OwnedFolder(PREFIX)
+        assert list(temporary.iterdir()) == [folder.path]
+
+
+def test_the_store_of_scenes_removes_what_is_left(temporary: Path) -> None:
+    (temporary / "radar-scenes-dead" / "upload").mkdir(parents=True)
+    stores = [SceneStore([]) for _ in range(3)]
+    assert {*temporary.iterdir()} == {store.home for store in stores}
+    stores[1].close()
+    assert {*temporary.iterdir()} == {stores[0].home, stores[2].home}
+
+
+def test_folders_of_others_and_what_is_no_folder_stay(temporary: Path) -> None:
+    target = temporary / "target"
+    target.mkdir()
+    (target / "kept").touch()
+    (temporary / f"{PREFIX}link").symlink_to(target)
+    (temporary / f"{PREFIX}file").touch()
+    folder = OwnedFolder(PREFIX)
+    assert (target / "kept").is_file() and len(list(temporary.iterdir())) == 4
+    folder.close()
+    folder.close()
+    assert not folder.path.exists()
+
+
+def test_a_folder_that_nobody_closes_goes_with_its_object(temporary: Path) -> None:
+    folder = OwnedFolder(PREFIX)
+    del folder
+    gc.collect()
+    assert not list(temporary.iterdir())
+
+
+def test_a_folder_that_another_process_removes_before_it_is_locked_is_made_again(
+    temporary: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    make, made = tempfile.mkdtemp, []
+
+    def removed_once(**options: str) -> str:
+        made.append(make(**options))
+        if len(made) == 1:
+            Path(made[0]).rmdir()
+        return made[-1]
+
+    monkeypatch.setattr(tempfile, "mkdtemp", removed_once)
+    assert str(OwnedFolder(PREFIX).path) == made[1] and len(made) == 2
+
+
+def test_a_system_without_locks_removes_nothing(temporary: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.ENOLCK, "no locks")
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    folders = [OwnedFolder(PREFIX), OwnedFolder(PREFIX)]
+    assert {*temporary.iterdir()} == {folder.path for folder in folders}

@@ -81,7 +81,7 @@ async def test_openapi_lists_every_answer_and_gives_examples() -> None:
 async def test_health_counts() -> None:
     async with playing() as server:
         feed = await server.feed()
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 7}})
+        await server.step(7)
         await feed.spokes(7)
         answer = await server.http.get("/api/health")
         assert answer.status_code == 200 and answer.json()["status"] == "ok"

@@ -98,15 +98,15 @@ async def test_a_scene_with_its_mesh_comes_as_a_form_and_a_busy_machine_is_no_fa
 
 
 async def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
-    """A soup of 200 000 triangles (10 MB) needs more than the 48 MiB that this server allows; the next upload is taken."""
-    soup = np.zeros(200_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
-    soup["corners"] = np.random.default_rng(0).random((200_000, 3, 3))
-    bomb = bytes(80) + np.uint32(200_000).tobytes() + soup.tobytes()
+    """A soup of 60 000 triangles (3 MB) needs more than the 16 MiB that this server allows; the next upload is taken."""
+    soup = np.zeros(60_000, dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("rest", "<u2")])
+    soup["corners"] = np.random.default_rng(0).random((60_000, 3, 3))
+    bomb = bytes(80) + np.uint32(60_000).tobytes() + soup.tobytes()
     closed: list[bool] = []
 
     class Limited(Sandbox):
         def __init__(self) -> None:
-            super().__init__(memory=48 * 2**20)
+            super().__init__(memory=16 * 2**20)
 
         def close(self) -> None:
             super().close()
@@ -121,7 +121,7 @@ async def test_a_mesh_that_breaks_its_reader_is_refused_and_the_feed_goes_on(mon
             parts = [("scene", ("m.toml", MESHED.replace(b"obj", ending.encode()))), ("files", (f"thing.{ending}", content))]
             answer = await server.http.post("/api/scenes", data={"name": "meshed"}, files=parts)
             assert answer.status_code == status, answer.text
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": 2}})
+        await server.step(2)
         assert [(m["epoch"], m["first"]) for m in await feed.spokes(2)] == [(epoch, 0), (epoch, 1)]
     assert len(closed) == 2  # one for each upload
 

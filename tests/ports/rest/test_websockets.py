@@ -96,7 +96,7 @@ async def test_a_client_that_leaves_takes_its_poses_along() -> None:
         await socket.say(text='{"speed_kn": 1}')
         await socket.leave()
         feed = await server.feed()
-        await server.http.patch("/api/radars/0/controls", json={"pace": {"state": "step", "steps": AZIMUTHS}})
+        await server.step(AZIMUTHS)
         await feed.spokes(AZIMUTHS)
 
 

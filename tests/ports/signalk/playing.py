@@ -24,18 +24,15 @@ async def playing(
 
 
 async def heard(socket: Socket) -> dict[str, Any]:
-    """The next message of a stream."""
     message: dict[str, Any] = json.loads(await socket.text())
     return message
 
 
 def values_of(delta: dict[str, Any]) -> dict[str, Any]:
-    """The values of a delta by their paths."""
     return {row["path"]: row["value"] for update in delta["updates"] for row in update["values"]}
 
 
 async def until(socket: Socket, path: str) -> Any:
-    """The next value of a path."""
     while path not in (values := values_of(await heard(socket))):
         pass
     return values[path]

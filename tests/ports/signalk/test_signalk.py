@@ -20,7 +20,7 @@ from radar_service.__main__ import main
 from radar_service.ports import signalk
 from radar_service.ports.ais.transponders import AisReport, Position
 from radar_service.ports.nmea.own_ship import OwnShipReport
-from radar_service.ports.signalk.codec import SpokeFields, last_spokes, spoke_bytes, varint
+from radar_service.ports.signalk.codec import SpokeFields, last_spokes, spoke_bytes
 from radar_service.ports.signalk.radar_routes import failure, report
 from radar_service.ports.signalk.radars import Radars, legend
 from radar_service.ports.signalk.signalk_port import POLICY
@@ -70,11 +70,6 @@ SPOKE = st.builds(
     SpokeFields, st.integers(0, 16383), st.none() | st.integers(0, 16383), st.integers(0, 200_000),
     st.none() | st.integers(0, 2**53), st.none() | st.tuples(DEGREES, DEGREES), st.binary(max_size=300),
 )  # fmt: skip
-
-
-def test_varints_of_the_encoding_guide() -> None:
-    """Protocol Buffers, Encoding: 1 is 01, 150 is 96 01."""
-    assert varint(1) == b"\x01" and varint(150) == b"\x96\x01" and varint(0) == b"\x00" and varint(127) == b"\x7f"
 
 
 @settings(deadline=None)

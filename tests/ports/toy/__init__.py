@@ -18,12 +18,10 @@ from radar_service.terminal.arguments import UsageError
 
 
 def add_arguments(groups: "Mapping[str, argparse._ActionsContainer]") -> None:
-    """As PortPackage.add_arguments."""
     groups["where"].add_argument("--toy", type=int, metavar="PORT", help="send numbers of spokes to this UDP port")
 
 
 def opened(options: argparse.Namespace) -> "ToyPort | None":
-    """As PortPackage.opened."""
     if options.toy is None:
         return None
     if not 0 < options.toy < 65536:
@@ -32,8 +30,6 @@ def opened(options: argparse.Namespace) -> "ToyPort | None":
 
 
 class ToySink:
-    """Sends the numbers of spokes as they come."""
-
     def __init__(self, radar: str, port: "ToyPort") -> None:
         self._radar, self._port = radar, port
 

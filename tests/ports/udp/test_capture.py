@@ -18,7 +18,6 @@ HERE = "127.0.0.1"
 
 
 def frames(path: Path) -> list[tuple[float, bytes]]:
-    """Time and content of each frame of a capture."""
     content, found = path.read_bytes(), []
     assert content.startswith(HEADER)
     at = len(HEADER)

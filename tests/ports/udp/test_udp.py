@@ -20,7 +20,7 @@ from radar_service.ports.udp.sender import MAX_DATAGRAM, UdpSender, datagrams
 from radar_service.ports.udp.udp_port import UdpPort
 from radar_service.terminal.arguments import UsageError
 from tests.ports.nmea.test_senders import free_port
-from tests.ports.nmea_in.test_receivers import Clock
+from tests.ports.nmea_in.test_nmea_in import Clock
 
 
 # addresses: of the command line, and who may be there.

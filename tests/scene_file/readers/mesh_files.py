@@ -8,7 +8,8 @@ from typing import Any
 import pytest
 import trimesh
 
-from radar_service.scene_file.readers.mesh import LoadedBody, MeshFile
+from radar_service.scene_file.readers.file_format import LoadedBody
+from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.world.error import SceneError
 
 CUBE = trimesh.creation.box((1.0, 2.0, 3.0))

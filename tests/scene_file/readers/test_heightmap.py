@@ -1,6 +1,5 @@
 """Terrain of height maps: positions and heights of samples, removed triangles, bad maps."""
 
-import math
 from pathlib import Path
 from typing import Any
 
@@ -8,7 +7,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from radar_service.scene_file.load import load_scene
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers.heightmap import Coverage, heightmap_terrain
 from radar_service.scene_file.readers.raster import Raster
@@ -121,17 +119,6 @@ def test_a_rim_at_the_sea_needs_no_skirt(tmp_path: Path, height: float, walls: i
     assert made.notes == expected
 
 
-def test_coverage_grows_with_own_ships_route(tmp_path: Path) -> None:
-    heights = np.full((11, 11), -5.0)
-    heights[5, 9] = 20.0
-    (tmp_path / "h.npy").write_bytes(npy(heights))
-    body = {"name": "island", "heightmap": "h.npy", "extent_m": [10_000, 10_000]}
-    way = {"waypoints": [{"position_m": [1000, 0], "speed_kn": 10}]}
-    for own_ship in (way, {"speed_kn": 1}):
-        scene = load_scene({"radar": {"range_max_m": 3500}, "own_ship": own_ship, "body": [body]}, folder=tmp_path)
-        assert scene.bodies[0].mesh is not None and len(scene.bodies[0].mesh.faces) == 6
-
-
 FLAT = npy(np.ones((3, 3)))
 
 GREY = picture(np.full((3, 3), 200, dtype=np.uint8))
@@ -167,29 +154,3 @@ def test_bad_height_maps(tmp_path: Path, name: str, content: bytes, keys: dict[s
     with pytest.raises(SceneError) as caught:
         load(tmp_path, name, content, **keys)
     assert str(caught.value).startswith("body[0].") and message in str(caught.value)
-
-
-def test_catalina(real_folder: Path) -> None:
-    """The summit of Santa Catalina Island, Mount Orizaba (33 22 31 N, 118 25 08 W, 639 m), stands where it does."""
-    body = {
-        "name": "catalina",
-        "heightmap": "catalina.png",
-        "low_m": -2063,
-        "high_m": 633,
-        "material": "land",
-        "south_west_deg": [32.58333, -119.0],
-        "north_east_deg": [33.58333, -118.0],  # 1025 samples of 1/1024 degree: the last one stands 1 degree on
-    }
-    scene = load_scene(
-        {
-            "origin": {"latitude_deg": 33 + 22 / 60 + 31 / 3600, "longitude_deg": -(118 + 25 / 60 + 8 / 3600)},
-            "radar": {"range_max_m": 40_000},
-            "body": [body],
-        },
-        folder=real_folder,
-    )
-    vertices = world_vertices(scene.bodies[0])
-    summit = vertices[np.argmax(vertices[:, 2])]
-    assert summit[2] == pytest.approx(633, abs=2 * 2696 / 255)  # two greys
-    assert math.hypot(summit[0], summit[1]) < 150  # m: two samples of 100 m, and the published seconds
-    assert "triangles kept" in scene.notes[0]

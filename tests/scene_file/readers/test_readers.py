@@ -15,6 +15,7 @@ from radar_service.numerics.types import Floats, Indices
 from radar_service.scene_file.model.body import HeightMapBodyModel
 from radar_service.scene_file.readers import formats
 from radar_service.scene_file.readers.file_format import (
+    IN_PROCESS,
     MAX_FACES,
     Format,
     Triangles,
@@ -26,9 +27,8 @@ from radar_service.scene_file.readers.formats import detected_format, format_of,
 from radar_service.scene_file.readers.glb import check_gltf
 from radar_service.scene_file.readers.heightmap import Coverage, HeightMapFile
 from radar_service.scene_file.readers.mesh import flat_copies, numbered_edges
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS
 from radar_service.scene_file.readers.track import motion_from_track
-from radar_service.scene_file.readers.trimesh_parser import exported_box, trimesh_triangles
+from radar_service.scene_file.readers.trimesh_parser import trimesh_triangles
 from radar_service.world.error import SceneError
 from radar_service.world.shapes import cylinder, sphere
 from tests.plug_ins import join
@@ -113,11 +113,6 @@ def test_bad_stl_files(name: str, content: bytes, message: str) -> None:
 
 
 # trimesh_parser: trimesh as a parser: what it cannot read is a refusal, and files without surfaces have no triangles.
-@pytest.mark.parametrize("kind", ["stl", "stl_ascii", "ply", "glb"])
-def test_a_box_has_its_size(kind: str) -> None:
-    vertices, faces = trimesh_triangles(kind, exported_box(kind), "m")
-    assert len(faces) == 12
-    np.testing.assert_allclose(np.ptp(vertices, axis=0), 1.0, rtol=1e-7)  # float32 of STL
 
 
 def test_points_are_no_triangles() -> None:
@@ -130,7 +125,7 @@ def test_what_it_cannot_read_is_a_refusal() -> None:
         trimesh_triangles("glb", b"glTF", "m")
 
 
-# mesh_reader: the reader in this process: what the parsers of meshes and height maps return, at the location of the body.
+# The reader in this process: what the parsers of meshes and height maps return, at the location of the body.
 EVERYWHERE = Coverage(0.0, 0.0, np.inf)
 BODY = HeightMapBodyModel(name="land", heightmap="h.npy", extent_m=(20.0, 10.0))
 
@@ -169,7 +164,6 @@ def test_obj_polygons_negative_numbers_and_continued_lines() -> None:
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\n", "no triangles"),
         (b"v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n", "none of the 1 triangles has an area"),
         (b"v 0 0 0\nv 1 0 nan\nv 0 1 0\nf 1 2 3\n", "1 vertices are not finite"),
-        (b"v 0 0 0\nv 1 0 inf\nv 0 1 0\nf 1 2 3\n", "1 vertices are not finite"),
         (b"v 0 0 0\nv 1 0 1e400\nv 0 1 0\nf 1 2 3\n", "1 vertices are not finite"),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 3e6\nf 1 2 3\n", "a vertex is 3e+06 m from the mesh's origin"),
         (b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n", "faces refer to vertices 0 to 3, but there are only 3"),
@@ -430,16 +424,12 @@ def test_content_that_is_not_what_the_ending_says_is_named(content: bytes, words
          ".x is not read; no reader of it is built in: assimp export 'my boat.x' 'my boat.obj' -tri"),
         ("b.3DS", b"MM", ".3ds is not read; no reader of it is built in: assimp export b.3DS b.obj -tri makes an .obj of it"),
         ("b.dae", b"<COLLADA/>", "assimp export b.dae b.obj -tri"),
-        ("a.exe", b"MZ", 'the ending ".exe"'),
+        ("a.exe", b"MZ", 'the ending ".exe" is not one of .glb, .obj, .ply, .stl; '),
         ("noending", b"v 0 0 0", 'the ending ""'),
     ],
 )  # fmt: skip
 def test_names_without_a_format(name: str, content: bytes, message: str) -> None:
     assert message in refused(content, name)
-
-
-def test_the_endings_are_named() -> None:
-    assert "is not one of .glb, .obj, .ply, .stl; " in refused(b"x", "a.exe")
 
 
 # Faces that lie on one another, cut along other diagonals: which are found, which not, and that the rest reflects once.

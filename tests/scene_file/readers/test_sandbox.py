@@ -15,11 +15,10 @@ from PIL import Image
 
 from radar_service.processes.limits import BACKSTOP, MAX_PROCESSOR_TIME, MachineBusyError
 from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.readers.file_format import Format, Triangles
+from radar_service.scene_file.readers.file_format import IN_PROCESS, BodyFile, Format, LoadedBody, Triangles
 from radar_service.scene_file.readers.formats import own_formats
 from radar_service.scene_file.readers.heightmap import HeightMapFile
-from radar_service.scene_file.readers.mesh import MAX_BODIES, LoadedBody, MeshFile
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, BodyFile
+from radar_service.scene_file.readers.mesh import MAX_BODIES, MeshFile
 from radar_service.scene_file.readers.sandbox import MAX_TRIANGLES, Sandbox, is_valid
 from radar_service.world.body import Mesh
 from radar_service.world.error import SceneError

@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from radar_service.scene_file.readers.mesh import LoadedBody, MeshFile
-from radar_service.scene_file.readers.mesh_reader import IN_PROCESS, BodyFile
+from radar_service.scene_file.readers.file_format import IN_PROCESS, BodyFile, LoadedBody
+from radar_service.scene_file.readers.mesh import MeshFile
 from radar_service.scene_file.readers.sandbox_child import answer
 from tests.scene_file.readers.mesh_files import exported
 

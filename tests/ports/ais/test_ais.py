@@ -10,13 +10,18 @@ import pyais
 import pytest
 
 from radar_service.ports.ais.ais_port import AisPort
+from radar_service.ports.ais.transponders import AisReport, Transponders
 from radar_service.ports.port import Service
+from radar_service.scene_file.load import load_scene
+from radar_service.service.radio.station import Station
 from radar_service.simulator import Simulator
 from tests.ports.ais.test_messages import KNOT, PARTS, near, parts
 from tests.ports.kept import Kept
 from tests.ports.nmea.test_nmea_port import SITES, Replaced, on_the_air, simulator_of, stations_of
 from tests.reference.true_north import true_deg
+from tests.service.fake import RADAR, FakeEngine, factory
 
+# ais_port: whose reports, when, and equal to the truth.
 HULL = {"shape": "hull", "length_m": 120.0, "beam_m": 20.0, "height_m": 12.0}
 CIRCLE = {"name": "circle", **HULL, "position_m": [800, 0, -4], "speed_kn": 12, "course_deg": 40, "turn_rate_deg_s": 1.2,
           "mmsi": 201, "ais": {"antenna_m": [-3.0, 25.0], "ship_type": 70, "call_sign": "abc1"}}  # fmt: skip
@@ -232,3 +237,39 @@ def test_another_scene_begins_anew() -> None:
 
 def test_reports_that_a_replaced_process_missed_come_later() -> None:
     assert [m.second for _, kind, m in run(Replaced(world()), 3.0) if kind == "VDO" and m.msg_type == 1] == [30, 31, 32, 33]
+
+
+# transponders: reports before they are encoded.
+ORIGIN = (54.0, 8.0)
+
+
+def station(**ais: Any) -> Station:
+    """A ship of 12 knots to the north and one at anchor, both with a transponder, and a buoy without."""
+    ship = {"name": "ship", "shape": "point", "rcs_dbsm": 20, "mmsi": 211000001, "course_deg": 0, "speed_kn": 12}
+    moored = {"name": "moored", "shape": "point", "rcs_dbsm": 20, "position_m": [0, 120, 0], "mmsi": 211000002}
+    buoy = {"name": "buoy", "shape": "point", "rcs_dbsm": 0, "position_m": [50, 50, 0]}
+    origin = {"latitude_deg": ORIGIN[0], "longitude_deg": ORIGIN[1]}
+    of = load_scene({"radar": RADAR, "origin": origin, "body": [ship, moored, buoy], **({"ais": ais} if ais else {})})
+    return Station("0", FakeEngine(of), factory())
+
+
+def heard(of: Station, until: float, transponders: Transponders | None = None) -> list[tuple[float, AisReport]]:
+    """The reports of the time from 0 on, tenth by tenth."""
+    transponders = transponders or Transponders()
+    times = np.arange(0.0, until, 0.1).tolist()
+    return [(time, report) for time in times for report in transponders.due(of, time)]
+
+
+def test_a_ship_at_anchor_reports_each_three_minutes_and_a_buoy_never() -> None:
+    reports = heard(station(), 400.0)
+    assert {each.ship.mmsi for _, each in reports} == {211000001, 211000002}
+    times = [time for time, each in reports if each.ship.mmsi == 211000002 and each.position]
+    assert len(times) in (2, 3) and np.diff(times) == pytest.approx(180.0, abs=1e-6)
+
+
+def test_what_was_sent_is_not_sent_again_while_time_stands_a_rounding_before_a_tenth() -> None:
+    """A spoke's time is a sum: 57.5 s may be a hair less."""
+    of, transponders = station(), Transponders()
+    assert heard(of, 57.0, transponders)
+    transponders.due(of, time := np.nextafter(57.5, 0.0))
+    assert [transponders.due(of, time) for _ in range(3)] == [[], [], []]
