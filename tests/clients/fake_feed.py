@@ -1,5 +1,7 @@
-"""A radar's feed that follows a script: each connection gets the next list of messages and then the next ending."""
+"""A radar's feed that follows a script: each connection gets the next list of messages and then the next ending; and what a
+client receives from it."""
 
+import asyncio
 import threading
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -9,11 +11,15 @@ from typing import Any
 from urllib.parse import parse_qsl, urlsplit
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from websockets.exceptions import ConnectionClosed
 from websockets.http11 import Request, Response
 from websockets.sync.server import Server, ServerConnection, serve
 
+from clients.ppi import FeedClient, FeedError, ScanCollector
+from clients.ppi import spokes as received_spokes
+from clients.ppi.terminal_ppi import TerminalPpi
 from radar_service import wire
 
 TARGETS = ((30.0, 600.0), (120.0, 1100.0), (250.0, 1700.0))  # bearing in degrees, range in metres
@@ -130,3 +136,42 @@ def running(*scripts: Script) -> Iterator[FakeFeed]:
     finally:
         server.shutdown()
         thread.join(10)
+
+
+def numbers(url: str, count: int, **options: Any) -> list[int]:
+    """Numbers of the first `count` spokes of a feed."""
+    received = []
+    for spoke in received_spokes(url, timeout=10.0, **options):
+        received.append(spoke.number)
+        if len(received) == count:
+            break
+    return received
+
+
+def final_error(url: str, **options: Any) -> FeedError:
+    """The error with which a feed ends; fails after ten seconds if the client never gives up."""
+
+    async def follow() -> None:
+        async with FeedClient(url, timeout=10.0, **options) as client:
+            async for _ in client.spokes():
+                pass
+
+    with pytest.raises(FeedError) as fault:
+        asyncio.run(asyncio.wait_for(follow(), 10.0))
+    return fault.value
+
+
+def collected(messages: list[dict[str, Any]], keep: int | None = None) -> ScanCollector:
+    """A collector that took these messages."""
+    collector = ScanCollector(keep)
+    for message in messages:
+        collector.take(message)
+    return collector
+
+
+def ppi_of(*messages: dict[str, Any], **options: Any) -> TerminalPpi:
+    """A PPI that took these messages."""
+    made = TerminalPpi(**options)
+    for message in messages:
+        made.take(message)
+    return made

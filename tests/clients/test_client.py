@@ -6,8 +6,7 @@ import pytest
 
 from clients.ppi import FeedClient, FeedError, SequenceTracker, spokes
 from clients.ppi.spoke import ReceivedSpoke
-from tests.clients.fake_feed import GREETING, Script, batch, gap, hello, running
-from tests.clients.received import final_error, numbers
+from tests.clients.fake_feed import GREETING, Script, batch, final_error, gap, hello, numbers, running
 
 
 def test_options_reach_the_radar() -> None:

@@ -11,9 +11,10 @@ from clients.ppi import FeedClient, FeedError, SequenceTracker, feed_url, spokes
 from clients.ppi.__main__ import main
 from clients.ppi.spoke import label_names, spokes_of
 from clients.ppi.terminal_ppi import TerminalPpi, half_blocks
+from radar_service.display.palettes import colour_map
 from radar_service.display.picture import UNSEEN
-from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, hello, running
-from tests.clients.received import final_error, numbers, ppi_of
+from tests.clients import fake_feed
+from tests.clients.fake_feed import DATA, GREETING, TARGETS, Script, batch, final_error, hello, numbers, ppi_of, running
 
 
 # address: short addresses mean the feed of radar 0.
@@ -195,6 +196,15 @@ def test_targets_are_at_their_bearings_and_ranges(head_up: bool) -> None:
         assert lit[i0 : i0 + 7, j0 : j0 + 7].any()
         lit[i0 : i0 + 7, j0 : j0 + 7] = False
     assert not lit.any()  # rings and heading line are darker
+
+
+@pytest.mark.parametrize(("bearing_deg", "level"), [(30, 200 * (1 - 0.4 * 65 / 72)), (180, 200 * (1 - 0.4 * 35 / 72))])
+def test_echoes_fade_by_four_tenths_until_the_beam_returns(bearing_deg: float, level: float) -> None:
+    image = ppi_of(GREETING, fake_feed.spokes(GREETING, np.full_like(DATA, 200), 0, 72)).image(80)
+    angle, far = math.radians(bearing_deg), 23.5  # pixels, between two rings
+    pixel = image[int(40 - far * math.cos(angle)), int(40 + far * math.sin(angle))]
+    allowed = colour_map()[round(level) - 2 : round(level) + 3]  # a pixel is off by a third of an azimuth, of 1.1 levels
+    assert (allowed == pixel).all(axis=1).any()
 
 
 def test_azimuths_without_a_spoke_are_grey_and_a_new_epoch_begins_empty() -> None:

@@ -8,8 +8,7 @@ import pytest
 from clients.ppi import FeedError, ReceivedScan
 from clients.ppi.film import AFTERGLOW, film
 from tests.clients import fake_feed
-from tests.clients.fake_feed import gap, hello, picture
-from tests.clients.received import collected
+from tests.clients.fake_feed import collected, gap, hello, picture
 
 AZIMUTHS, RATE = 72, 30.0  # spokes of a scan, spokes a second
 

@@ -6,8 +6,7 @@ import pytest
 
 from clients.ppi.__main__ import main
 from clients.ppi.live import ENTER, LEAVE, screen
-from tests.clients.fake_feed import GREETING, Script, batch, hello, running
-from tests.clients.received import ppi_of
+from tests.clients.fake_feed import GREETING, Script, batch, hello, ppi_of, running
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="terminals of Windows are others")
 

@@ -8,8 +8,7 @@ import pytest
 
 from clients.ppi import FeedClient, FeedError, ScanCollector, brightness, collect_scans, power_from_samples
 from tests.clients import fake_feed
-from tests.clients.fake_feed import DATA, GREETING, Script, batch, gap, hello, picture, running
-from tests.clients.received import collected
+from tests.clients.fake_feed import DATA, GREETING, Script, batch, collected, gap, hello, picture, running
 
 
 def test_a_scan_begins_anywhere_and_wraps() -> None:

@@ -17,7 +17,6 @@ from tests.clients.chromium import Browser, Page
 from tests.clients.conftest import QUICK
 from tests.clients.screen import BARE, BROWSER, PIXELS, box, seen
 from tests.clients.test_web_thin_line import CLOCK, ask_time
-from tests.clients.thin_line import ThinLine
 
 pytestmark = BROWSER
 
@@ -60,6 +59,50 @@ def serve() -> Iterator[Serve]:
     yield start
     for service in services:
         end(service)
+
+
+def test_the_page_requests_the_token_and_reconnects_with_it_to_a_radar_that_errs(
+    browser: Browser, serve: Serve, tmp_path: Path
+) -> None:
+    for name, token in (("token", COMMAND), ("reading", READ)):
+        (tmp_path / name).write_text(token)
+    files = "--token-file", str(tmp_path / "token"), "--token-file-for-reading", str(tmp_path / "reading")
+    address, service = serve("orientation", "--port", "0", *files)
+    page = browser.open(f"{address}?{BARE}", first=QUICK)
+    page.wait(ASKING)
+    page.ask(ENTER.format("wrong-token-wrong-token"))
+    page.wait(ASKING)
+    page.ask(ENTER.format(READ))
+    page.wait(f"{CONNECTED} && {DRAWN}")
+    page.ask("document.getElementById('transmit').click(); 1")  # which the token for reading does not allow
+    page.wait("document.getElementById('alerts').textContent.includes('needed to command')")
+    page.wait(ASKING)
+    page.ask(ENTER.format(COMMAND))
+    page.wait(f"{CONNECTED} && !({ASKING})")
+    page.ask("document.getElementById('transmit').click(); 1")
+    page.wait("document.getElementById('transmit').ariaPressed === 'false'")
+    assert COMMAND not in page.ask("location.href") and READ not in page.ask("location.href")
+    page.ask("document.getElementById('transmit').click(); 1")
+    page.wait("document.getElementById('transmit').ariaPressed === 'true'")
+    first = page.ask(EPOCH)
+    end(service)
+    page.wait("!document.getElementById('banner').hidden")  # it says so on the screen
+    port = address.rstrip("/").rpartition(":")[2]
+    _, again = serve("orientation", "--port", port, *files)
+    page.wait(f"{CONNECTED} && {DRAWN} && {EPOCH} !== '{first}'")
+    broken = len(page.faults())  # the browser tells of each connection that is refused
+    errors = {"feed": {"drop_rate": 0.1, "repeat_rate": 0.1, "late_rate": 0.1, "swap_rate": 0.1, "heading_lost_s": [[0, 1e9]]},
+              "profile": "imo-a823"}  # fmt: skip
+    ask(f"{address}api/radars/0/errors", "PATCH", errors)
+    page.wait("document.getElementById('heading-text').textContent === 'Lost'")
+    before = page.ask("Number(document.getElementById('scope').dataset.drawn.split(':')[1])")
+    page.wait(f"Number(document.getElementById('scope').dataset.drawn.split(':')[1]) > {before} + 400")
+    assert len(page.faults()) == broken
+    ask(f"{address}api/radars/0/errors", "DELETE")
+    page.wait("document.getElementById('heading-text').textContent !== 'Lost'")
+    page.ask("sessionStorage.clear(); 1")
+    page.close()
+    end(again)
 
 
 @pytest.fixture(scope="module")
@@ -107,58 +150,12 @@ def test_scene_orientation_is_the_right_way_round(browser: Browser, orientation:
 
 def test_a_line_that_is_too_thin(browser: Browser, orientation: str) -> None:
     """Half of what the page takes unthinned arrives: it asks for less, is a little behind for a while, and says nothing then."""
-    line = ThinLine(int(orientation.rstrip("/").rpartition(":")[2]))
-    try:
-        page = browser.open(f"http://127.0.0.1:{line.port}/?{BARE}", first=CLOCK)
-        page.wait(f"{CONNECTED} && Number(document.getElementById('rate-text').textContent) > 0")
-        ask_time(page)
-        line.rate = 40_000.0
-        page.wait("!document.getElementById('thinned-text').hidden")
-        page.wait("!document.getElementById('banner').textContent.startsWith('Behind')")
-        assert not page.faults()
-        page.close()
-    finally:
-        line.close()
-
-
-def test_the_page_requests_the_token_and_reconnects_with_it_to_a_radar_that_errs(
-    browser: Browser, serve: Serve, tmp_path: Path
-) -> None:
-    for name, token in (("token", COMMAND), ("reading", READ)):
-        (tmp_path / name).write_text(token)
-    files = "--token-file", str(tmp_path / "token"), "--token-file-for-reading", str(tmp_path / "reading")
-    address, service = serve("orientation", "--port", "0", *files)
-    page = browser.open(f"{address}?{BARE}", first=QUICK)
-    page.wait(ASKING)
-    page.ask(ENTER.format("wrong-token-wrong-token"))
-    page.wait(ASKING)
-    page.ask(ENTER.format(READ))
-    page.wait(f"{CONNECTED} && {DRAWN}")
-    page.ask("document.getElementById('transmit').click(); 1")  # which the token for reading does not allow
-    page.wait("document.getElementById('alerts').textContent.includes('needed to command')")
-    page.wait(ASKING)
-    page.ask(ENTER.format(COMMAND))
-    page.wait(f"{CONNECTED} && !({ASKING})")
-    page.ask("document.getElementById('transmit').click(); 1")
-    page.wait("document.getElementById('transmit').ariaPressed === 'false'")
-    assert COMMAND not in page.ask("location.href") and READ not in page.ask("location.href")
-    page.ask("document.getElementById('transmit').click(); 1")
-    page.wait("document.getElementById('transmit').ariaPressed === 'true'")
-    first = page.ask(EPOCH)
-    end(service)
-    page.wait("!document.getElementById('banner').hidden")  # it says so on the screen
-    port = address.rstrip("/").rpartition(":")[2]
-    serve("orientation", "--port", port, *files)
-    page.wait(f"{CONNECTED} && {DRAWN} && {EPOCH} !== '{first}'")
-    broken = len(page.faults())  # the browser tells of each connection that is refused
-    errors = {"feed": {"drop_rate": 0.1, "repeat_rate": 0.1, "late_rate": 0.1, "swap_rate": 0.1, "heading_lost_s": [[0, 1e9]]},
-              "profile": "imo-a823"}  # fmt: skip
-    ask(f"{address}api/radars/0/errors", "PATCH", errors)
-    page.wait("document.getElementById('heading-text').textContent === 'Lost'")
-    before = page.ask("Number(document.getElementById('scope').dataset.drawn.split(':')[1])")
-    page.wait(f"Number(document.getElementById('scope').dataset.drawn.split(':')[1]) > {before} + 400")
-    assert len(page.faults()) == broken
-    ask(f"{address}api/radars/0/errors", "DELETE")
-    page.wait("document.getElementById('heading-text').textContent !== 'Lost'")
-    page.ask("sessionStorage.clear(); 1")
+    page = browser.open(f"{orientation}?{BARE}", first=CLOCK)
+    page.call("Network.enable")
+    page.wait(f"{CONNECTED} && Number(document.getElementById('rate-text').textContent) > 0")
+    ask_time(page)
+    page.call("Network.emulateNetworkConditions", offline=False, latency=0, downloadThroughput=40_000, uploadThroughput=-1)
+    page.wait("!document.getElementById('thinned-text').hidden")
+    page.wait("!document.getElementById('banner').textContent.startsWith('Behind')")
+    assert not page.faults()
     page.close()

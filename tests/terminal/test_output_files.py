@@ -5,25 +5,19 @@ import errno
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
 from radar_service.__main__ import main
-from radar_service.batch.jobs import Job, ResultFolder
-from radar_service.bench.detection import report as detection
-from radar_service.bench.junit import write_junit
-from radar_service.bench.report import write_report
 from radar_service.commands.scan import write_png
 from radar_service.display.film import write_gif
 from radar_service.display.picture import render_image
 from radar_service.scans.dataset import exporter
 from radar_service.scans.scan import Scan, save_scans
 from radar_service.simulator import Simulator
-from radar_service.study.stability import report as stability
 from radar_service.terminal.output_files import make_folder, named_errors, prepare, write_file, written
 from tests.limits import full_disk
 from tests.scenes import point
@@ -33,21 +27,13 @@ ROOT = Path(__file__).parents[2]
 LIMIT = 1000  # bytes of a file, as where the disk is full
 Writer = Callable[[Path, Scan, Simulator], object]
 NOISE = np.random.default_rng(5).integers(0, 255, (60, 80)).astype(np.uint8)
-REPORT: Mapping[str, Any] = {"tracker": "x" * LIMIT, "scenarios": []}
 WRITERS: dict[str, Writer] = {
     "a.npz": lambda path, scan, simulator: save_scans(path, [scan]),
     "a.zarr": lambda path, scan, simulator: exporter(path)(path, [scan], {}),
     "a.nc": lambda path, scan, simulator: exporter(path)(path, [scan], {}),
     "a.png": lambda path, scan, simulator: write_png(path, scan, simulator),
     "a.gif": lambda path, scan, simulator: write_gif(path, [render_image(NOISE, 10.0, 20.0, size=200)] * 2, 5),
-    "a.xml": lambda path, scan, simulator: write_junit(REPORT, path),
     "a.json": lambda path, scan, simulator: write_file(path, "x" * (LIMIT + 1)),
-}
-IN_FOLDERS: dict[str, Callable[[Path], object]] = {
-    "report.json": lambda folder: write_report(REPORT, {}, folder),
-    "detection.json": lambda folder: detection.write_detection(REPORT, folder),
-    "stability.html": lambda folder: stability.write_report(folder, []),
-    "x-b1ba07e5.json": lambda folder: ResultFolder(folder).write(Job("x", ()), {"x": "x" * LIMIT}),
 }
 
 
@@ -109,14 +95,6 @@ def test_a_full_disk_leaves_nothing_half_and_what_was_there(name: str, tmp_path:
         path.write_bytes(b"mine")
     WRITERS[name](path, scan, simulator)
     assert os.listdir(tmp_path) == [name] and (path.is_dir() or path.read_bytes() != b"mine")
-
-
-@pytest.mark.parametrize("name", IN_FOLDERS)
-def test_reports_and_kept_results_are_named_too(name: str, tmp_path: Path) -> None:
-    with full_disk(LIMIT), pytest.raises(OSError, match="File too large") as caught:
-        IN_FOLDERS[name](tmp_path)
-    assert caught.value.filename == str(tmp_path / name) and name not in os.listdir(tmp_path)
-    assert not [file for file in os.listdir(tmp_path) if file.startswith(".")]
 
 
 def test_a_folder_takes_the_place_of_a_folder_and_a_link_stays(tmp_path: Path) -> None:
