@@ -1,8 +1,4 @@
-"""What a ship reports: errors of its sensors on purpose, its AIS transponder, and how often this reports. SI units and radians.
-
-The scene file's `model/errors.py` says what each error means. Intervals are those of ITU-R M.1371-5, tables 1 and 2, on the
-seconds of UTC; search and rescue transponders (SART) send bursts.
-"""
+"""What a ship reports: errors of its sensors on purpose, its AIS transponder, and how often this reports. SI and radians."""
 
 import math
 from dataclasses import dataclass
@@ -149,6 +145,7 @@ class Ais:
         return Ais(tuple(ship for ship in self.ships if ship.body is not None), self.settings)
 
 
+# Intervals of ITU-R M.1371-5, tables 1 and 2, on the seconds of UTC; search and rescue transponders (SART) send bursts.
 STATIC = 360.0  # s between static reports
 SLOW, CLASS_B_SLOW = 180.0, 180.0  # s at anchor, and of class B up to 2 knots
 TURNING = math.radians(5.0) / 30.0  # rad/s: the course changes by 5 degrees in half a minute
