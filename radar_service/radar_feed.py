@@ -35,8 +35,7 @@ from radar_service.records import (
     text_of,
 )
 from radar_service.scans import Scan, scan_of
-from radar_service.scene_file.load import load_scene, model_from
-from radar_service.scene_file.model.platform import radar_entries
+from radar_service.scene_file import load_scene, model_from, radar_entries
 from radar_service.simulator import Simulator
 from radar_service.stages.registry import effects_named
 from radar_service.strict_json import tupled

@@ -30,7 +30,7 @@ from radar_service.records import (
     source_request,
 )
 from radar_service.scans import Sector
-from radar_service.scene_file.error_tables import changed_errors
+from radar_service.scene_file import changed_errors
 from radar_service.simulation.engine_set_up import (
     SourceTile,
     SourceTiles,
@@ -176,8 +176,7 @@ class Simulator:
         """Consecutive spokes from the next scan on, in blocks that never span two scans.
 
         scans: how many, None: without end; a scan counts as taken with its first block. size: spokes per block (the last of a
-        scan may be shorter); it changes no byte. Where a command or a request acts on spokes that were computed, it goes back to
-        the first of them.
+        scan may be shorter); it changes no byte.
         """
         azimuths = self.scene.radar.azimuths
         at, left = self._next_scan * azimuths, math.inf if scans is None else scans

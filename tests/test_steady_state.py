@@ -67,7 +67,7 @@ def test_nothing_is_rebuilt_and_rest_is_traced_once(monkeypatch: pytest.MonkeyPa
         assert not rays
     sim = rs.Simulator(harbourlet())
     with monkeypatch.context() as patch:
-        visible, shadows = counted(patch, OcclusionScene, "visible"), counted(patch, OcclusionScene, "shadowed")
+        visible, shadows = counted(patch, OcclusionScene, "visible"), counted(patch, OcclusionScene, "occluded_by_moving")
         models = counted(patch, FixedScatterers, "echoes")
         for _ in sim.blocks(scans=10):
             pass

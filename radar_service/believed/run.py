@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.numerics import Floats, Singles
 from radar_service.radar import radar_sets
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal import write_file
 

@@ -13,7 +13,7 @@ from radar_service.bench.run import threshold_of
 from radar_service.bench.scenario import PlotSettings
 from radar_service.numerics import Floats
 from radar_service.plots import PlotExtractor, labelled_plots
-from radar_service.scene_file.document import packaged_folder
+from radar_service.scene_file import packaged_folder
 from radar_service.terminal import write_file
 
 SEEDS = 3

@@ -38,7 +38,7 @@ from radar_service.bench.trackers.trackers import is_program, tracker_for
 from radar_service.bench.trackers.websocket_tracker import SCHEMES
 from radar_service.numerics import arithmetic
 from radar_service.plan.plan import plan_for
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulation.engine_set_up import chosen_fidelity
 
 TOGETHER, FEWEST = 25, 8  # runs whose plots are made together, at most and at least

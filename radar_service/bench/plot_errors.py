@@ -1,8 +1,7 @@
 """Errors of plots on purpose, for points: a tracker that is judged by perfect plots needs no filter.
 
-Meshes and hulls have such errors from the engine, so plots of extended targets stay as they are. Errors that follow the
-signal-to-noise ratio are the engine's too, of points as well: its noise is in the cells. What a point lacks is the extent of
-the ship for which it stands.
+What a point lacks is the extent of the ship for which it stands: meshes and hulls have such errors from the engine, and errors of
+noise are the engine's too.
 """
 
 from collections.abc import Mapping, Sequence

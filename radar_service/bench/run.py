@@ -20,7 +20,7 @@ from radar_service.plots import PFA as MARINE_PFA
 from radar_service.plots import ClusterRule, Plot, PlotExtractor, ScanPlots, Threshold, in_clutter, threshold
 from radar_service.records import Crossing, Kinematics, OwnShipTruth, Readings
 from radar_service.scans import Scan
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.trace import LandMask
 from radar_service.world import Scene, pose_at

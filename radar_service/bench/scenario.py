@@ -12,8 +12,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from radar_service.numerics import BIASES, SCENARIO, generator, name_key
-from radar_service.scene_file.document import packaged_folder
-from radar_service.scene_file.error_tables import drawn_biases
+from radar_service.scene_file import drawn_biases, packaged_folder
 from radar_service.terminal import UsageError, did_you_mean
 
 SUFFIX = ".toml"

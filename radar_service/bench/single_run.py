@@ -23,7 +23,7 @@ from radar_service.bench.trackers.tracker import DataSheet, Tracker, TrackState,
 from radar_service.bench.trackers.trackers import program_digest, tracker_for
 from radar_service.bench.video import Video, VideoError, program_on_video, video_of
 from radar_service.numerics import arithmetic
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.terminal import progress
 
 SCHEMA = 5

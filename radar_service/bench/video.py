@@ -21,8 +21,7 @@ from radar_service.bench.scenario import Scenario
 from radar_service.bench.trackers.json_lines import TrackerError
 from radar_service.bench.trackers.trackers import is_program
 from radar_service.radar_feed import RunningService, release, service
-from radar_service.scene_file.load import load_scene, model_from
-from radar_service.scene_file.model.platform import radar_entries
+from radar_service.scene_file import load_scene, model_from, radar_entries
 from radar_service.terminal import make_folder
 from radar_service.world import known_radar
 

@@ -15,7 +15,7 @@ from radar_service.bench.trackers.callable_child import scan_of
 from radar_service.bench.trackers.tracker import TrackerInput
 from radar_service.bench.trackers.trackers import tracker_for
 from radar_service.radar_feed import RemoteFeed
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 
 Line = Mapping[str, Any]
 

@@ -13,7 +13,7 @@ from radar_service.bench.detection.study import detection_study
 from radar_service.bench.scenario import CLUTTER
 from radar_service.commands.shared_options import add_jobs, workers_of
 from radar_service.numerics import NAUTICAL_MILE
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.terminal import UsageError, add_whole_number, make_folder, progress
 
 NEAREST = 0.25  # NM

@@ -5,7 +5,7 @@ from functools import partial
 from pathlib import Path
 
 from radar_service.commands.shared_options import add_scene, add_scheduler, workers_of
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.terminal import add_whole_number, make_folder, progress
 
 

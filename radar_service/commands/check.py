@@ -8,8 +8,8 @@ from radar_service.plan.body_errors import body_remarks
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.scattering import scattering_model, upright_warnings
-from radar_service.scene_file.describe import describe, overview
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene, overview
+from radar_service.scene_file.describe import describe
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ import json
 from radar_service.commands.shared_options import add_exactness, add_radar, add_scene, simulator_options
 from radar_service.plan.budget import PACE_HELP, finite_pace
 from radar_service.plan.plan import plan_in_time
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal import UsageError
 

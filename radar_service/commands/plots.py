@@ -10,7 +10,7 @@ from radar_service.commands.shared_options import add_radar, add_scene, add_simu
 from radar_service.display.units import add_unit
 from radar_service.plots import PFA, PlotExtractor, PlotReport, Threshold, in_clutter, labelled_plots, threshold
 from radar_service.scans import Scan
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal import (
     UsageError,

@@ -12,7 +12,7 @@ from tqdm import tqdm
 from radar_service.commands.shared_options import SCENE_HELP, add_simulation, simulator_options
 from radar_service.numerics import Singles
 from radar_service.records import SourceRequest
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.service.controls import controls_state
 from radar_service.service.scene_request import SceneRequest
 from radar_service.service.settings import Pace, Settings

@@ -16,7 +16,7 @@ from radar_service.display.units import DEFAULT_UNIT, Unit, add_unit
 from radar_service.display.video import Controls, layout
 from radar_service.records import SpokeBlock
 from radar_service.scans import SUFFIX, Scan, exporter, save_scans, scan_of
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.terminal import (
     UsageError,

@@ -4,7 +4,7 @@ import argparse
 import json
 
 from radar_service import plug_ins
-from radar_service.scene_file.describe import json_schema
+from radar_service.scene_file import json_schema
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -1,10 +1,9 @@
 """Echoes of bodies whose echoes depend on aspect: evaluated at instants, the nodes, along each passage of the beam.
 
-A passage is counted from the opposite bearing, so an azimuth never takes the aspect of an older or a later one. Nodes lie on both
-sides of the crossing, which is the spoke nearest to where the boresight points at the body. Between nodes the field is a sum of
-those of the nearest ones, each with its own exact range histories. Weights are cubic in time between four nodes, quadratic
-between three. A body that hardly changes has one node. Where its heading, course, or those of own ship have a corner, a passage
-has parts, and no azimuth takes a node of another part. Where a shadow moves over a body, nodes are as `ShadowRates` asks.
+A passage is counted from the opposite bearing. Nodes lie on both sides of the crossing, the spoke nearest to where the boresight
+points at the body. Between nodes the field is a sum of those of the nearest ones, each with its own exact range histories. A body
+that hardly changes has one node. Where its course, or that of own ship, has a corner, a passage has parts, and no azimuth takes a
+node of another part. Where a shadow moves over a body, nodes are as `ShadowRates` asks.
 
 Echoes on a lattice follow the phases at their ends (`echo.aspect_rates`) to first order: a field held over the phase theta
 errs by theta^2 / 3, one between two nodes theta apart by theta^2 / 12, of four nodes by theta^4 / 64.

@@ -2,7 +2,7 @@
 
 Azimuths are numbered from the start, with fractions between two of them. S is (vx cos b - vy sin b) / Omega, with the velocity
 of the antenna, the bearing b of boresight and the rate Omega at which it turns. On a straight course S changes as fast as the
-range of what rests on boresight, so R - S hardly changes while the beam passes. Nothing depends on S being exactly that.
+range of what rests on boresight, so R - S hardly changes while the beam passes.
 """
 
 from dataclasses import dataclass

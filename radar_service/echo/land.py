@@ -1,9 +1,8 @@
 """Land as a ship under way observes it: each point is evaluated once a passage, at the instant at which boresight points at it.
 
-That holds for the points of diffuse surfaces that rest on the map: they neither fluctuate nor have an aspect. A piece is what
-boresight passes over PIECE azimuths, whose numbers are the same wherever a run begins. While the beam passes a point that is far
-enough, its range follows S (`echo.boresight_track`). Nearer points keep a range history each (`echo.moving`), and points beside
-own ship do so at every azimuth.
+That holds for points of diffuse surfaces that rest on the map. A piece is what boresight passes over PIECE azimuths, numbered
+alike wherever a run begins. While the beam passes a point that is far enough, its range follows S (`echo.boresight_track`).
+Nearer points, and those beside own ship, keep a range history each (`echo.moving`).
 """
 
 import math

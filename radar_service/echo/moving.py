@@ -121,8 +121,7 @@ class MovingEchoes:
         """How many of these azimuths, all of one visibility step, to compute together: all where the beam meets few echoes.
 
         usual: where it meets many, as each is computed at all azimuths of a block; in a seaway and for bodies by aspect, which
-        change faster; and within FAR times the way in a block. Beyond, elevations change by at most 1/800 of themselves in half a
-        block, and range leaves its parabola by 6e-8 of the way: less than in usual blocks nearer by.
+        change faster; and within FAR times the way in a block, beyond which errors are less than in usual blocks nearer by.
         """
         if usual == 1 or len(azimuths.time) <= usual or self._sways or not len(self):
             return usual

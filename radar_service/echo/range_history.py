@@ -2,8 +2,7 @@
 
 Between the first azimuth and the last one, range and azimuth are parabolas through three instants: the first, the middle and
 the last. A straight track that is s [m] long from the middle to either end, at range R, leaves its parabola by at most
-0.074 s^3 / R^2. The third derivative of R is at most 2 v^3 / (sqrt(3) R^2), and a parabola through three points h apart errs
-by h^3 / (9 sqrt(3)) of it. Echoes too near for that, and bodies that do not move smoothly, are computed at each azimuth.
+0.074 s^3 / R^2. Echoes too near for that, and bodies that do not move smoothly, are computed at each azimuth.
 """
 
 from typing import NamedTuple

@@ -1,8 +1,8 @@
 """Which nodes of a passage a shadow needs that moves over a body: those between which what the body scatters changes.
 
-How fast a shadow may move bounds how close nodes must be (`ShadowRates`). But most of the time its edge crosses little of what
-is lit. So only nodes are evaluated first between which it moves by SKIPPED times STEADY. Where one about the middle between
-two is off what those so far have there, by the same cubics as spokes, the halves are divided likewise, down to neighbours.
+How fast a shadow may move bounds how close nodes must be (`ShadowRates`). But its edge mostly crosses little of what is lit. So
+nodes are evaluated first between which it moves by SKIPPED times STEADY. Where one about the middle between two is off what
+those so far have there, the halves are divided likewise, down to neighbours.
 
 What is lit up to an edge that moves along a side has a Doppler shift of its own: its phase may turn several times between nodes.
 Whole turns from one to the next look like none, so the two halves of a gap have no common divisor.

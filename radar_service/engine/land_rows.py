@@ -2,8 +2,7 @@
 
 The grid has one row an azimuth or several, or fewer where the band of beam and speed asks for no more, and columns (R - S) / step
 (`echo.land`). The row of an azimuth is a product of the rows around it with the beam's gain and what is left of the phase, both
-of points on boresight of these rows, corrected for the kernel along azimuth. They follow the change of bearing, which depends on
-the range: by rings, even in 1 / R.
+of points on boresight of these rows, corrected for the kernel along azimuth, by rings even in 1 / R.
 """
 
 import math

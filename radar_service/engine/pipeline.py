@@ -1,8 +1,8 @@
 """The engine, stage by stage: scatterers, line of sight, range histories, grid, beam, compression, noise and effects.
 
 `prepare` does all that a scene needs once. `profiles` computes a few azimuths of any scan from it. What rests relative to the
-antenna is spread on the grid once for the full circle, and kept as finished profiles. What moves, what fluctuates, and what a
-moving body shadows, is computed azimuth by azimuth with its exact range, phase and beam weight (docs/engine.md).
+antenna is kept as finished profiles. What moves, fluctuates, or is shadowed by what moves is computed azimuth by azimuth
+(docs/engine.md).
 
 Arithmetic runs in tiles that are the same however spokes are grouped afterwards, so bytes do not depend on the grouping.
 """

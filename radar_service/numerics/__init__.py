@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     from radar_service.numerics.parallel import BLAS_LIMIT
     from radar_service.numerics.ragged import batches, spans
     from radar_service.numerics.random import (
-        BIASES, CAST, CHART, FEED, FLUCTUATION, HULL_PARTS, LEAN, NEAR_PULSE, NOISE, ORDER_STATISTIC, PLOT_ERRORS,
-        QUANTILES, RAYS, SCATTER, SCENARIO, SEAWAY, SENSOR, SPECKLE, STAGE, SWEEP_DRAW, SWEEP_LIST, SWEEP_SEED, TEXTURE,
-        generator, name_key, normals
+        BIASES, CAST, CHART, FEED, FLUCTUATION, HULL_PARTS, LEAN, NEAR_PULSE, NOISE, ORDER_STATISTIC, PLOT_ERRORS, RAYS,
+        SCATTER, SCENARIO, SEAWAY, SENSOR, SPECKLE, STAGE, SWEEP_DRAW, SWEEP_LIST, SWEEP_SEED, TEXTURE, generator, name_key,
+        normals, quantiles
     )  # fmt: skip
     from radar_service.numerics.result_cache import STEADY, ResultCache, Revision
     from radar_service.numerics.types import Complexes, Flags, Floats, Gain, Indices, Profiles, Singles

@@ -36,8 +36,7 @@ def polar_from_map(position: Floats, antenna: Floats, earth_radius: float) -> Po
     antenna: (3,) or broadcastable (..., 3), in the same coordinates [m].
     earth_radius: effective radius ae [m]; inf for a flat earth.
 
-    d = hypot(east, north), z = up - d^2 / (2 ae) - antenna height, R = hypot(d, z) (docs/conventions.md). The parabola is
-    the definition, not an approximation of a sphere that could be improved: an exact sphere differs by 30 mm at 12 km.
+    d = hypot(east, north), z = up - d^2 / (2 ae) - antenna height, R = hypot(d, z) by definition (docs/conventions.md).
     """
     offset = position - antenna
     east, north = offset[..., 0], offset[..., 1]

@@ -1,9 +1,9 @@
 """Random numbers that depend on their purpose alone, not on the time or the order of the draws."""
 
 import hashlib
+from functools import cache
 
 import numpy as np
-from scipy.special import ndtri
 
 from radar_service.numerics.types import Singles
 
@@ -57,12 +57,13 @@ def normals(rng: np.random.Generator, rows: int, columns: int) -> Singles:
     """
     count = rows * columns
     words = np.asarray(rng.bit_generator.random_raw(-(-count // 4)), dtype=np.uint64)
-    return QUANTILES.take(words.view(np.uint16)[:count], mode="clip").reshape(rows, columns)
+    return quantiles().take(words.view(np.uint16)[:count], mode="clip").reshape(rows, columns)
 
 
-def _quantiles() -> Singles:
+@cache
+def quantiles() -> Singles:
+    """The middles (65536,) of the slices."""
+    from scipy.special import ndtri  # a service that only knows scenes starts without it
+
     middle = ndtri((np.arange(_LEVELS) + 0.5) / _LEVELS)
     return np.asarray(middle / np.sqrt(np.mean(middle**2)), dtype=np.float32)
-
-
-QUANTILES = _quantiles()

@@ -24,7 +24,7 @@ from radar_service.ports.rest.bodies import BodyLimitMiddleware
 from radar_service.ports.rest.rest_port import RestPort
 from radar_service.ports.roles import Roles, needs
 from radar_service.processes.fork_server import ForkServer
-from radar_service.scene_file.document import packaged_folder
+from radar_service.scene_file import packaged_folder
 from radar_service.service.access import Access, Tickets
 from radar_service.service.logs import Refusals
 from radar_service.service.radio.preparation import Preparations

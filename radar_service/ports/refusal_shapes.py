@@ -1,7 +1,6 @@
-"""Refusals in the terms of a protocol, also of what is refused before its port is asked: host, origin, token, method, size.
+"""Refusals in the terms of a protocol, also of host, origin, token, method and size, before its port is asked.
 
-Whatever refuses a request answers `{"detail": [...]}` in JSON. Below the paths of a protocol that has a shape of its own, this is
-written anew on its way out.
+All refusals are `{"detail": [...]}` in JSON; below the paths of such a protocol they are written anew.
 """
 
 import json

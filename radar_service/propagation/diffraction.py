@@ -1,8 +1,8 @@
 """Diffraction over a smooth round sea: the residue series, joined to the two rays.
 
 The field behind the horizon is a sum over modes that creep along the sea (van der Pol and Bremmer 1937; Fock, Electromagnetic
-Diffraction and Propagation Problems, 1965, ch. 10). ITU-R P.526, 3.1.1, is a fit to the first mode. The series also
-holds in front of the horizon, where more modes count. There it agrees with the two rays, and the field passes over.
+Diffraction and Propagation Problems, 1965, ch. 10). The series also holds in front of the horizon, where more modes count. There
+it agrees with the two rays, and the field passes over.
 
 Lengths are in natural units: x = m d / ae along the earth and y = k h / m in height, with m = (k ae / 2)^(1/3). At 9.41 GHz over
 a 4/3 earth they are 9.0 km and 4.8 m.

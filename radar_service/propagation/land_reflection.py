@@ -2,7 +2,7 @@
 
 The reflection is that of a plane as high as the ground at the point of reflection: Fresnel's coefficient of its material, and the
 roughness factor exp(-8 (pi s sin(psi) / lambda)^2) with its rms height s (Barton, Radar Equations for Modern Radar, 2013, ch. 8).
-Vegetation reflects nothing. Diffuse land takes nothing from the landmass that it belongs to: its published sigma0 contains that.
+Vegetation reflects nothing, and diffuse land takes nothing from its own landmass: its published sigma0 contains that.
 """
 
 from collections.abc import Callable

@@ -171,7 +171,7 @@ def two_ray_factor(
 
     Arguments as `two_rays`. F = 1 + Gamma rho_s D exp(-jk (R1 + R2 - R)) R / (R1 + R2) sqrt(G(reflected) / G(direct)): Kerr
     1951, ch. 2, docs/specification.md eq. 12 with corrected sign (docs/specification.md, errata row 5). Beyond the horizon F
-    is 0, the shadow of ray optics: diffraction is not modelled.
+    is 0.
     """
     rays = two_rays(distance, height, antenna_height, wavelength, **sea)
     phase = np.exp(-2j * np.pi / wavelength * rays.geometry.excess)

@@ -1,9 +1,8 @@
 """Gridding: echoes are spread on a regular grid with a short Kaiser-Bessel kernel, so that filters become FFTs.
 
 A point at a fractional position x adds its amplitude, weighted by the kernel, to the `width` samples around x. Dividing the
-spectrum by the kernel's transform puts the point back exactly at x. This holds for spectra inside the grid's band (Fessler
-and Sutton 2003; Beatty, Nishimura and Pauly 2005). It is accurate because the compressed pulse and the beam
-fill only a part of their grids' bands.
+spectrum by the kernel's transform puts the point back exactly at x, for spectra inside the grid's band (Fessler and Sutton 2003;
+Beatty, Nishimura and Pauly 2005).
 """
 
 from dataclasses import dataclass
@@ -112,9 +111,8 @@ def spread_moving(
 
     column: (E,) positions [samples]; range_migration: (E, K) from there [samples]; amplitude: (E, K). Few points are spread
     directly. For many, a Taylor series of the kernel shifts each point; its order is the cheapest for the maximum migration,
-    or for that of the longest step between two rows, as points of a body that turns at once have, if it went on.
-    Where the migration exceeds MAX_SHIFTS, rows form groups, each about its middle row. A group costs one product with a
-    sparse matrix of `width` weights per point, and a pass over its rows. The compiled kernel adds in the same order.
+    or for that of the longest step between two rows. Where the migration exceeds MAX_SHIFTS, rows form groups, each about its
+    middle row. The compiled kernel adds in the same order.
     """
     if amplitude.size * tables[0].shape[2] <= MAX_DIRECT_WEIGHTS:
         _spread_direct(rows, column[:, None] + range_migration, amplitude, tables[0][:, 0])

@@ -3,7 +3,7 @@
 import numpy as np
 
 from radar_service.kernels.library import KERNELS
-from radar_service.numerics import QUANTILES, Floats, Profiles
+from radar_service.numerics import Floats, Profiles, quantiles
 
 MIN_POWER = 1e-5  # of the maximum; weaker frequencies are not drawn: a third of the draws, 1e-4 of the power
 
@@ -36,7 +36,7 @@ class GaussianSpectrum:
         rows, count = len(spectrum), len(self._weight)
         state = rng.bit_generator.state["state"]["state"].view(np.int64)
         sizes = rows, self._above, 2 * self._size - count, count - self._above, adds
-        KERNELS.weighted_normals(*sizes, state, QUANTILES, self._weight, spectrum.view(np.float32))
+        KERNELS.weighted_normals(*sizes, state, quantiles(), self._weight, spectrum.view(np.float32))
 
 
 def integrate(field: Profiles, pulses: int, power: float, rng: np.random.Generator) -> None:

@@ -29,7 +29,7 @@ from radar_service.recording.json_schema import COMMAND, COMPRESSED_IMAGE, scene
 from radar_service.recording.plain import plain
 from radar_service.recording.recording_file import NANOSECONDS, RecordingFile
 from radar_service.records import SourceRequest, square_law
-from radar_service.scene_file.document import model_and_folder, model_at_range, radar_table
+from radar_service.scene_file import model_and_folder, model_at_range, radar_table
 from radar_service.scene_file.error_tables import error_tables
 from radar_service.service.codecs.native import messages, views
 from radar_service.service.feed_request import View

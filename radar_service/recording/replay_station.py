@@ -16,8 +16,7 @@ from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import file_hash
 from radar_service.recording.recording import NO_TRUTH, Recording
 from radar_service.records import ShipStates, SpokeBlock
-from radar_service.scene_file.document import packaged_folder
-from radar_service.scene_file.error_tables import changed_errors
+from radar_service.scene_file import changed_errors, packaged_folder
 from radar_service.service.controls import CONTROLS, changed_settings
 from radar_service.service.fanout.client_queue import ClientQueue
 from radar_service.service.fanout.hub import FeedRefused
@@ -72,7 +71,7 @@ class ReplaySpokeSource(Recording):
 
     def _scene_again(self, folder: Path) -> Scene:
         """The scene as this radar had it. Raises RecordingError, SceneError."""
-        from radar_service.scene_file.load import load_scene  # here: scipy would slow the start of every replay
+        from radar_service.scene_file import load_scene  # here: scipy would slow the start of every replay
 
         document, files = self.record["document"], self.record["files"]
         if document is None:

@@ -1,8 +1,7 @@
 """A declared cross-section on a hull: one echo for each resolution cell, whose energies sum to what is declared.
 
 Echoes closer than a resolution cell would interfere, and their energy would depend on their phases, and so on the aspect. Here
-the autocorrelation of the compressed pulse, or that of the beam, is small between any two, and what is left is normalized. In
-range they lie on one line of sight, so a turn of the body changes their spacing in second order only.
+the autocorrelation of the compressed pulse, or that of the beam, is small between any two, and what is left is normalized.
 """
 
 from collections.abc import Sequence
@@ -122,8 +121,7 @@ def cell_echoes(
 
     position: (A, 3) of these on the map [m]; power: (A,) in any unit; span: (A,) vertical extents [m]; body: (A,), rising, each
     with power. Echoes of a body form a grid of ranges and azimuths about the middle of power, as long as even power of the same
-    variance. Each scatterer shares its power among the neighbours by distance, so all changes smoothly with the aspect, except
-    for the number of cells.
+    variance. Each scatterer shares its power among the neighbours by distance.
     """
     radar, bodies = context.radar, len(middle)
     share = power / np.bincount(body, power, bodies)[body]

@@ -321,11 +321,8 @@ def _end(channel: Channel, process: int, handle: int) -> None:
 
 
 class TileSender:
-    """Sends tiles, and the answer after them, in a thread of its own, so that their process computes on while nobody reads.
-
-    A radar takes spokes at the pace of its rotation, first all tiles of one process, then those of the next. Without this each
-    process would wait while those of the others are sent. It is called from one thread.
-    """
+    """Sends tiles, and the answer after them, in a thread of its own: while those of another process are read, this one computes
+    on. It is called from one thread."""
 
     def __init__(self, channel: Channel) -> None:
         self._channel, self._room, self._either = channel, os.eventfd(0), select.poll()

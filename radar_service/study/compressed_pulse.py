@@ -1,8 +1,8 @@
 """The compressed chirp in closed form: the reference of both studies. It shares no code with the engine.
 
-The correlation of a chirp with its windowed copy is an integral of exponentials over their overlap, so it is a sum of sincs:
-y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t^2). A nonlinear chirp has no closed form: its
-correlation is a sum over fine samples. Author: this project.
+The correlation of a chirp with its windowed copy is a sum of sincs (author: this project):
+y(tau) = int s(t) conj(w(t - tau) s(t - tau)) dt / int w dt, s(t) = exp(j pi K t^2). That of a nonlinear chirp has no closed form,
+and is a sum over fine samples.
 """
 
 from functools import lru_cache

@@ -1,7 +1,7 @@
 """Figures of the studies by matplotlib's object interface; the same data gives the same bytes.
 
-Drawing takes place inside `style()`, so that a user's own settings of matplotlib change nothing. Figures are WIDTH inches
-wide and have two pixels for each pixel of a page that shows them 830 pixels wide.
+Drawing takes place inside `style()`, so that a user's own settings change nothing. Figures are WIDTH inches wide, and have two
+pixels for each one of a page.
 """
 
 import re

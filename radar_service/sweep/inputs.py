@@ -12,11 +12,7 @@ from typing import Any
 
 from radar_service.bench.kept_plots import named_files, program_version, source_digest
 from radar_service.radar import Radar
-from radar_service.scene_file.convert import radar_from_model
-from radar_service.scene_file.document import scene_content, scene_path, validated
-from radar_service.scene_file.key_paths import put
-from radar_service.scene_file.load import load_scene
-from radar_service.scene_file.model.platform import radar_entries
+from radar_service.scene_file import load_scene, put, radar_entries, radar_from_model, scene_content, scene_path, validated
 from radar_service.sweep.spec import KeyValues, Runs, SweepError, SweepRun, SweepSpec, load_spec
 from radar_service.terminal import make_folder, write_file
 from radar_service.world import Scene, SceneError, known_radar

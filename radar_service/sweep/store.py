@@ -1,7 +1,7 @@
 """The Zarr store of a sweep: laid out first, then written run by run, with the mark of a run last.
 
-Each run is whole chunks of each array, and Zarr renames a chunk when it is written: so a chunk is there or not, and a run without
-its mark counts as absent. Format and codec are pinned: the bytes of a store are those of its runs, in whatever order they came.
+Each run is whole chunks of each array, which Zarr renames when they are written, and counts as absent without its mark. Format
+and codec are pinned: the bytes of a store are those of its runs, in whatever order they came.
 """
 
 import contextlib

@@ -2,8 +2,8 @@
 
 Trees work in float32, so triangles are stored about their own centre. A tree decides only which triangle a ray meets first,
 or whether a path is blocked; `hit_distance` computes the distance in float64. This file works around defects of embreex: a mesh
-added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, tnear is always 0, and each scene
-without a device makes one of its own, of which a process can have some 1000 (docs/decisions/0003-two-tracers.md).
+added after the first ray is ignored, the array `dists` is overwritten, float64 input raises, and tnear is always 0
+(docs/decisions/0003-two-tracers.md).
 """
 
 import warnings

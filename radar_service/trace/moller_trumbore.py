@@ -21,9 +21,8 @@ def printed_crossings(origin: Floats, direction: Floats, corners: Floats, epsilo
     """Distance (M, F) of each ray to each triangle in lengths of `direction`, inf for a miss, by algorithm 1 as printed.
 
     origin: (3,) or (M, 3) [m]; direction: (M, 3); corners: (F, 3, 3) vertices of each triangle [m]. The absolute epsilon
-    (line 5) drops every triangle whose |e1 . (D x e2)|, twice its area seen along the ray, is below 1e-6 m^2: with
-    unit directions all triangles of a millimetre (docs/specification.md, errata row 12). Source:
-    docs/specification.md#algorithm-1 (Moeller and Trumbore 1997).
+    (line 5) drops every triangle of which twice the area seen along the ray is below 1e-6 m^2 (docs/specification.md, errata
+    row 12). Source: docs/specification.md#algorithm-1 (Moeller and Trumbore 1997).
     """
     v0 = corners[:, 0]
     e1, e2 = corners[:, 1] - v0, corners[:, 2] - v0  # lines 1, 2

@@ -1,9 +1,8 @@
 """Occlusion by one rigid body over the curved earth. Nothing is rebuilt when the body or the antenna moves.
 
 Relative to the antenna the earth curves away as z = up - d^2 / (2 ae). Curving a body about its own origin instead differs
-only by a shear. A shear keeps straight lines straight, so a line of sight that is straight about the antenna is straight about
-the body too. Each body is therefore curved once, about its own origin, and lines of sight are transformed into its frame. A ray
-that the sea reflects is two such lines, which meet at the sea.
+only by a shear, which keeps straight lines straight. So each body is curved once, about its own origin, and lines of sight are
+transformed into its frame. A ray that the sea reflects is two such lines.
 """
 
 import numpy as np
@@ -87,8 +86,7 @@ class Occluder:
 def begun_nearby(origin: Floats, line: Floats, toward: Floats, radius: Floats | float) -> tuple[Floats, Floats]:
     """Lines of sight from where they reach a body's bounding sphere: begins (E, 3), and the share (E,) left out.
 
-    toward: (3,) or (E, 3) from the origins to middles of spheres of `radius` [m]. Embree rounds a begin and a direction to
-    float32: 0.1 mm at a ray's end 2 km off, but 1 um on a body of 10 m from here.
+    toward: (3,) or (E, 3) from the origins to middles of spheres of `radius` [m]. Embree rounds in float32, less from here.
     """
     length2 = np.maximum(np.einsum("ij,ij->i", line, line), 1e-12)
     reach = sphere_reach(radius) / np.sqrt(length2)

@@ -76,8 +76,8 @@ def full_circle_rays(
     """Rays over the full circle, within 1.5 beamwidths above and below the tilt, about `per_box` to 3 x 3 beamwidths.
 
     beamwidth, beamwidth_el, tilt: [rad]. Raises KeyError for an unknown sampler. Each sampler is uniform in
-    azimuth and elevation in the mean, and a ray stands for cos(elevation) times an equal share of the angles. So a sum over
-    rays estimates the integral over the box without bias. Raises ValueError for more than MAX_RAYS rays.
+    azimuth and elevation in the mean, and a ray stands for cos(elevation) times an equal share of the angles. Raises ValueError
+    for more than MAX_RAYS rays.
     """
     low = max(-np.pi / 2.0, tilt - BOX_BEAMWIDTHS * beamwidth_el)
     high = min(np.pi / 2.0, tilt + BOX_BEAMWIDTHS * beamwidth_el)

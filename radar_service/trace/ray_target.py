@@ -5,8 +5,7 @@ about its own origin, with d from there. With b the antenna's offset from that o
 
     z' = z + b_up - |b|^2 / (2 ae) - (q . b) / ae,    q: the horizontal part in the antenna's coordinates,
 
-which is linear in the position. Straight rays stay straight, a ray's direction loses (q . b) / ae of its rise, and distances
-along it stay the same. So a unit ray's distance in the body's frame is the slant range.
+which is linear in the position. Straight rays stay straight, and a unit ray's distance in the body's frame is the slant range.
 """
 
 import numpy as np

@@ -19,7 +19,7 @@ from radar_service.ports.http.server import Requests, Server, configuration, lis
 from radar_service.processes.call import Progress
 from radar_service.processes.fork_server import ForkServer
 from radar_service.records.spokes import SpokeBlock
-from radar_service.service.radio.pacing import Schedule
+from radar_service.service.radio.pacer import Schedule
 from radar_service.service.radio.scene_process import SceneProcessMaker
 from radar_service.service.radio.station import Station, Stations
 from radar_service.service.scene_request import SceneRequest

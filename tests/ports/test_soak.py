@@ -17,7 +17,7 @@ from radar_service import wire
 from radar_service.service.fanout.client_queue import CATCH_UP_BYTES, ClientQueue
 from radar_service.service.fanout.hub import EncodedBatch, Hub
 from radar_service.service.feed_request import View
-from radar_service.service.radio.pacing import BATCH_SPOKES, Schedule
+from radar_service.service.radio.pacer import BATCH_SPOKES, Schedule
 from tests.service.held import ResultCache, held
 
 ROOT = Path(__file__).parents[2]

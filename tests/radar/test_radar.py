@@ -46,7 +46,8 @@ def test_it_is_said_where_the_far_field_begins() -> None:
     """3.9 degrees: D = 0.8859 x 31.859 mm / 0.068068 = 0.41465 m, 2 D^2 / lambda = 10.79 m."""
     assert far_field(radar()) == pytest.approx(10.79, abs=0.01)
     assert far_field(radar(beamwidth_deg=90, beamwidth_el_deg=3.9)) == pytest.approx(10.79, abs=0.01)
-    assert "far field begins at 10.8 m" in "\n".join(radar_lines(radar()))
+    text = "\n".join(radar_lines(radar()))
+    assert "far field begins at 10.8 m" in text and "two-way 2.808 (sinc2)" in text
 
 
 # parameters: what follows from a radar's parameters, against the textbook's figures.

@@ -1,21 +1,26 @@
 """The short modules of scene_file, each under its name."""
 
+import json
 import math
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
+from radar_service.numerics.constants import KNOT
 from radar_service.scene_file.installations import at_location, located, reach
 from radar_service.scene_file.key_paths import put
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file.load import load_scene, model_from, scene_from_model
+from radar_service.scene_file.model.scene import scene_model
 from radar_service.world.error import SceneError
 from radar_service.world.motion import Motion
 from radar_service.world.reporting import Ais, AisSettings, AisShip
 from radar_service.world.scene import Platform
 from tests.scene_file.readers.height_maps import npy
-from tests.scene_file.scene_sources import TETRAHEDRON, point, problems
+from tests.scene_file.scene_sources import EXAMPLE, TETRAHEDRON, point, problems
 from tests.scenes import point as placed_point
 from tests.scenes import radar
 
@@ -302,3 +307,209 @@ def test_a_mesh_with_its_bow_at_z_sails_bow_first_and_has_its_middle_on_its_wate
     assert made.mesh.vertices.min(axis=0).tolist() == [-2, -5, -2] and made.mesh.vertices.max(axis=0).tolist() == [2, 5, 3]
     assert made.reference.tolist() == [0, 0, 0] and made.length == 10.0
     assert float(made.motion.pose(9.0).heading[0]) == pytest.approx(np.deg2rad(30), abs=1e-12)
+
+
+# load: the example of docs/scenes.md, shared files, units, several problems at once, arbitrary input.
+def test_the_example_of_the_design(folder: Path) -> None:
+    scene = load_scene(folder / "scene.toml")
+    assert (scene.name, scene.origin) == ("two targets", (50.9, 1.4))
+    radar = scene.radar
+    assert radar.range_step == pytest.approx(1.9986, abs=5e-5)  # docs/conventions.md#range
+    assert radar.bins == math.ceil(5000 / (299_792_458 / 150e6)) == 2502
+    assert (radar.gain, radar.loss, radar.rotation_period) == (1000.0, 1.0, 2.5)
+    assert radar.beamwidth == pytest.approx(math.radians(3.9))
+    assert radar.noise_factor == pytest.approx(2.5119, abs=5e-5)  # 4 dB
+    assert scene.environment.earth_factor == pytest.approx(4 / 3)
+    reflector, ferry, island = scene.bodies
+    assert (reflector.mesh, reflector.scattering, reflector.rcs) == (None, "rcs", pytest.approx(10.0))
+    np.testing.assert_array_equal(reflector.motion.position, [[500, 866, 4]])
+    assert (ferry.scattering, ferry.mmsi, ferry.material.name, ferry.length, ferry.beam) == (
+        "optics",
+        235000001,
+        "steel",
+        1,
+        1,
+    )
+    np.testing.assert_allclose(ferry.motion.pose(1.0).velocity, [[12 * KNOT, 0, 0]], atol=1e-12)
+    assert island.scattering == "diffuse" and island.motion.at_rest
+    assert [w.split(",")[0] for w in scene.warnings] == [
+        "body[0]: reflector is under the ground of island",
+        "body[1]: ferry is under the ground of island",
+        "body[2]: the antenna is inside or under island",
+    ]
+
+
+def test_json_mapping_and_model_agree(folder: Path) -> None:
+    import tomllib
+
+    data = tomllib.loads(EXAMPLE)
+    (folder / "scene.json").write_text(json.dumps(data))
+    expected = repr(load_scene(folder / "scene.toml"))
+    assert repr(load_scene(str(folder / "scene.json"))) == expected
+    assert repr(load_scene(data, folder=folder)) == expected
+    assert repr(scene_from_model(model_from(folder / "scene.toml"), folder)) == expected
+    as_numpy = {**data, "body": [{**data["body"][0], "position_m": np.array([500.0, 866.0, 4.0])}]}
+    assert load_scene(as_numpy).bodies[0].motion.position[0, 1] == np.float64(866)
+
+
+def test_bodies_by_latitude_and_longitude() -> None:
+    body = point(latitude_deg=50.9, longitude_deg=1.5, up_m=7)
+    location = (
+        load_scene({"origin": {"latitude_deg": 50.9, "longitude_deg": 1.4}, "body": [body]}).bodies[0].motion.position[0]
+    )
+    assert location[0] == pytest.approx(7034.85, abs=0.02)  # m: pi/1800 x N cos(latitude) on WGS 84, and its last digit
+    assert location[2] == 7.0
+
+
+def test_several_problems_come_together(folder: Path) -> None:
+    bodies = [{"name": f"b{k}", "mesh": f"missing{k}.obj"} for k in range(25)]
+    result = problems({"body": bodies}, folder=folder)
+    assert len(result) == 21 and result[0].startswith("body[0].mesh") and result[20] == "... and 5 more problems"
+    both = problems({"radar": {"rpm": 0}, "body": [point(swerling=9)]})
+    assert [line.split(":")[0] for line in both] == ["radar.rpm", "body[0].swerling"]
+
+
+def test_too_many_triangles_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("radar_service.scene_file.readers.file_format.InProcessReader.max_triangles", 700)
+    bodies = [{"name": f"s{k}", "shape": "sphere", "radius_m": 0.1, "rcs_dbsm": 0} for k in range(3)]
+    assert problems({"body": bodies})[0].startswith("body[2]: the body brings the scene to 960 triangles; at most 700")
+
+
+SCALARS = (
+    st.none()
+    | st.booleans()
+    | st.integers()
+    | st.floats()
+    | st.text(max_size=5)
+    | st.sampled_from(["point", "sphere", "a.obj"])
+)
+
+KEYS = st.sampled_from(
+    [*scene_model().model_fields, "rpm", "shape", "position_m", "waypoints", "pattern", "name", "track", "x"]
+)
+
+ARBITRARY = st.recursive(
+    SCALARS,
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(KEYS | st.integers(), inner, max_size=5),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=80, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.dictionaries(KEYS, ARBITRARY, max_size=5))
+def test_arbitrary_data_raises_only_scene_errors(source: dict[str, Any]) -> None:
+    try:
+        load_scene(source)
+    except SceneError as fault:
+        assert fault.problems and all(fault.problems)
+
+
+def test_far_from_the_origin_a_warning_gives_the_distortion() -> None:
+    """c / sin c - 1 at 1000 km: 0.1570 rad, 0.41 %; at 100 km nothing is message."""
+    scene = {"origin": {"latitude_deg": 50, "longitude_deg": 0}, "own_ship": {"position_m": [1e6, 0]}}
+    (warning,) = load_scene(scene).warnings
+    assert warning.startswith("own_ship: at 1000 km from the origin") and "0.41%" in warning
+    assert not load_scene(scene | {"own_ship": {"position_m": [1e5, 0]}}).warnings
+
+
+# validation_messages: key path, value, allowed range, remedy.
+CORNERS = {"name": "h", "heightmap": "h.npy", "south_west_deg": [1, 1], "north_east_deg": [2, 2]}
+
+# The form of every message: place, value, what is allowed, remedy.
+ONE_PROBLEM: list[tuple[dict[str, Any], str]] = [
+    ({"body": [point("a"), point("b"), point("c"), point("d", position_m=[0, math.nan, 0])]},
+     "body[3].position_m[1]: nan is not allowed; a finite number from -2000000 to 2000000; give a finite number"),
+    ({"body": [point(position_m=[0, 0, math.inf])]},
+     "body[0].position_m[2]: inf is not allowed; a finite number from -11000"),
+    ({"body": [point(position_m=[0, 0, -math.inf])]}, "body[0].position_m[2]: -inf is not allowed"),
+    ({"body": [point(position_m=[0, 0])]}, "body[0].position_m[2]: missing; a finite number from -11000 to 20000; add it"),
+    ({"body": [point(position_m=[0, 0, 0, 0])]}, "body[0].position_m: [0, 0, 0, 0] is not allowed; a list of 3 values"),
+    ({"body": [point(position_m="here")]}, 'body[0].position_m: "here" is not allowed; a list of 3 values'),
+    ({"body": [point(positon_m=[0, 0, 0])]},
+     'body[0].positon_m: this is not a known key; did you mean "position_m"? (nearest of 67 keys: position_m, '),
+    (
+        {"zzz": 1},
+        "zzz: this is not a known key; remove it, or install the package of the effect that has it (nearest of 10 keys: "
+        "radar, own_ship, origin)",
+    ),
+    ({"radar": {"azimuths": 10**9}}, "radar.azimuths: 1000000000 is not allowed; a whole number from 4 to 16384; lower it"),
+    ({"radar": {"azimuths": 10**400}}, "radar.azimuths: an integer of 1329 bits is not allowed; a whole number from 4"),
+    ({"radar": {"azimuths": 720.5}}, "radar.azimuths: 720.5 is not allowed; a whole number"),
+    ({"radar": {"azimuths": True}}, "radar.azimuths: true is not allowed; a whole number"),
+    ({"radar": {"rpm": "24"}},
+     'radar.rpm: "24" is not allowed; a finite number from 0.01 to 600; write the number without quotes'),
+    ({"radar": {"rpm": -1}}, "radar.rpm: -1 is not allowed; a finite number from 0.01 to 600; raise it"),
+    ({"radar": {"window": "hat"}}, 'radar.window: "hat" is not allowed; one of "none", "hamming"'),
+    ({"radar": {"pattern": "x"}}, 'radar.pattern: "x" is not allowed; one of "sinc2"'),
+    ({"radar": {"pattern": [[0, 0], [1, math.nan]]}}, "radar.pattern[1][1]: nan is not allowed; a finite number"),
+    ({"radar": {"pattern": [[0, 0]]}}, "radar.pattern: a table has 2 to 10000 rows"),
+    ({"radar": {"pattern": [[0, 0], [1, 1]]}}, "radar.pattern: gains are in dB below boresight"),
+    ({"radar": {"labels_within_db": 0}},
+     'radar.labels_within_db: 0 is not allowed; one of "none" or a finite number above 0 up to 200; raise it'),
+    ({"radar": {"eclipsing": 1}}, "radar.eclipsing: 1 is not allowed; true or false"),
+    ({"radar": {"range_max_m": 200_000}}, "radar.range_max_m: 200000 m at 7.5e+07 samples/s gives 100070 range bins"),
+    ({"radar": {"azimuths": 16384, "range_max_m": 100_000}}, "radar.azimuths: 16384 x 50035 range bins are 819773440 cells"),
+    ({"radar": {"pulse_s": 1e-3, "sample_rate_hz": 4e9}}, "radar.range_max_m"),
+    ({"radar": {"pulse_s": 1e-3, "bandwidth_hz": 2e9, "range_max_m": 1000}}, "radar.pulse_s: 0.001 s at 3e+09 samples/s"),
+    ({"radar": 5}, "radar: 5 is not allowed; a table with the keys modulation"),
+    ({"environment": {"earth": -1}}, 'environment.earth: -1 is not allowed; one of "4/3", "flat" or a finite number above 0'),
+    ({"environment": {"earth": "round"}}, 'environment.earth: "round" is not allowed; one of "4/3", "flat" or a finite'),
+    ({"environment": {"gas_db_per_km": math.nan}}, 'environment.gas_db_per_km: nan is not allowed; one of "itu" or a finite'),
+    ({"environment": {"gas_db_per_km": "itu"}, "radar": {"frequency_hz": 60e9}}, 'environment.gas_db_per_km: "itu" covers'),
+    ({"environment": {"sea_state": 10}}, "environment.sea_state: 10 is not allowed; a finite number from 0 to 9; lower it"),
+    ({"body": {}}, "body: a table of 0 keys is not allowed; a list of at most 10000 values"),
+    ({"body": [5]}, "body[0]: 5 is not allowed; a table with the keys"),
+    ({"body": [point(), point()]}, 'body[1].name: "p" is taken by an earlier body; names are unique'),
+    ({"body": [{"shape": "point", "rcs_dbsm": 1}]}, "body[0].name: missing; text of 1 to 200 characters; add it"),
+    ({"body": [point("")]}, 'body[0].name: "" is not allowed; text of 1 to 200 characters; lengthen it'),
+    ({"body": [{"name": "a", "shape": "point"}]},
+     "body[0].rcs_dbsm: a point has no surface; declare its radar cross-section"),
+    ({"body": [{"name": "a", "shape": "sphere"}]}, 'body[0].radius_m: missing; shape = "sphere" needs radius_m: add it'),
+    ({"body": [{"name": "a", "shape": "sphere", "radius_m": -1}]},
+     "body[0].radius_m: -1 is not allowed; a finite number above 0 up"),
+    ({"body": [{"name": "a", "shape": "sphere", "radius_m": 0}]},
+     "body[0].radius_m: 0 is not allowed; a finite number above 0"),
+    ({"body": [{"name": "a", "shape": "sphere", "radius_m": 1e9}]}, "body[0].radius_m: 1000000000 is not allowed"),
+    ({"body": [point(radius_m=1)]}, 'body[0].radius_m: shape = "point" takes no sizes; remove radius_m'),
+    ({"body": [point(material="cheese")]}, 'body[0].material: "cheese" is not a known material; one of steel, aluminium'),
+    ({"body": [point(scattering="optics")]}, 'body[0].rcs_dbsm: a declared cross-section excludes scattering = "optics"'),
+    ({"body": [{"name": "a", "shape": "sphere", "radius_m": 1, "swerling": 1}]}, "body[0].swerling: fluctuation is defined"),
+    ({"body": [{"name": "a", "shape": "sphere", "radius_m": 1, "scattering": "rcs"}]}, "body[0].rcs_dbsm: scattering"),
+    ({"body": [point(latitude_deg=1.0)]}, "body[0].latitude_deg: this key needs latitude_deg and longitude_deg together"),
+    ({"body": [point(latitude_deg=1.0, longitude_deg=1.0)]}, "body[0].latitude_deg: latitude and longitude need an [origin]"),
+    ({"body": [point(latitude_deg=1.0, longitude_deg=1.0, position_m=[0, 0, 0])]}, "body[0].position_m: latitude_deg and"),
+    ({"body": [point(latitude_deg=91.0, longitude_deg=1.0)]},
+     "body[0].latitude_deg: 91 is not allowed; a finite number from -90"),
+    ({"body": [point(up_m=1.0)]}, "body[0].up_m: this key needs latitude_deg"),
+    ({"body": [point(course_deg=1, waypoints=[{"position_m": [1, 1], "speed_kn": 1}])]},
+     "body[0].course_deg: waypoints already"),
+    ({"body": [point(position_m=[0, 0, 0], track="t.csv")]}, "body[0].position_m: the track already defines the position"),
+    ({"body": [point(waypoints=[{"position_m": [1, 1], "speed_kn": 0}])]}, "body[0].waypoints[0].speed_kn: 0 is not allowed"),
+    ({"body": [point(waypoints=[{"position_m": [1, 1]}])]},
+     "body[0].waypoints[0].speed_kn: missing; a finite number above 0"),
+    ({"body": [{"name": "h", "heightmap": "h.png", "low_m": 5, "high_m": 5}]}, "body[0].high_m: 5 is not above low_m 5"),
+    ({"body": [CORNERS | {"extent_m": [9, 9]}]},
+     "body[0].extent_m: the corners south_west_deg and north_east_deg define it too"),
+    ({"body": [CORNERS | {"north_east_deg": None}]}, "body[0].south_west_deg: this key needs north_east_deg"),
+    ({"body": [CORNERS | {"position_m": [5, 0, 0]}]}, "body[0].south_west_deg: the corners already define the position"),
+    ({"body": [CORNERS]}, "body[0].latitude_deg: latitude and longitude need an [origin]"),
+    ({"own_ship": {"speed": 3}}, 'own_ship.speed: this is not a known key; did you mean "speed_kn"?'),
+    ({"own_ship": {"track": "t.csv"}},
+     'own_ship.track: "t.csv" is a file, but this scene came without a folder; pass folder='),
+    ({"body": [{"name": "a", "mesh": "a.obj"}]}, 'body[0].mesh: "a.obj" is a file, but this scene came without a folder'),
+    ({1: 2}, "1: this is not a known key"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("source, message", ONE_PROBLEM)
+def test_bad_scenes(source: dict[str, Any], message: str) -> None:
+    result = problems(source)
+    assert len(result) == 1, result
+    assert result[0].startswith(message), result[0]
+    assert len(result[0]) < 900 and "\n" not in result[0]
+
+
+def test_a_mapping_that_holds_itself() -> None:
+    data: dict[str, Any] = {}
+    data["radar"] = data
+    assert "nested more than 24 deep" in problems(data)[0]

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pyproj import Geod
 
 import radar_service as rs
 from radar_service.numerics.constants import KNOT
-from radar_service.numerics.frames import map_from_deck
+from radar_service.numerics.frames import map_from_body, map_from_deck, wrap_angle
 from radar_service.numerics.types import Floats
 from radar_service.scattering.physical_optics.mesh_quality import outward_side
 from radar_service.scene_file.load import load_scene
@@ -26,7 +27,9 @@ from radar_service.world.body import (
 )
 from radar_service.world.environment import Environment, gas_attenuation_db_per_km, oxygen_db_per_km, vapour_db_per_km
 from radar_service.world.error import SceneError
+from radar_service.world.geo import geographic_from_map, map_bearing, map_from_geographic, true_bearing
 from radar_service.world.motion import Motion, Pose, segment_headings
+from radar_service.world.poses import BodyPoses, map_from_bodies, merged_mesh, pose_at
 from radar_service.world.presence import MAX_CHANGES, Fading, Presence, Presences, SteeredPresence
 from radar_service.world.reporting import STATIC, TURNING, ErrorSettings, Reporting, StationClass, interval
 from radar_service.world.scene import Platform, outline_of
@@ -551,3 +554,174 @@ def test_static_reports_come_every_six_minutes_and_ships_not_together() -> None:
         firsts.append(times[0])
         assert 1 <= reporting.slot < 10
     assert len(set(firsts)) > 10 and max(firsts) < 60
+
+
+# poses: those of many bodies are those of each body.
+def test_poses_are_those_of_each_motion() -> None:
+    """At rest, on a straight course, on a polygon and on arcs, before and after its end; to rounding of 1 km."""
+    corners = [{"position_m": list(p), "speed_kn": 12} for p in [(190, 230), (320, 230)]]
+    made = scene(
+        [
+            point("rest", 1, 2, heading_deg=-30), point("straight", 3, 4, course_deg=50, speed_kn=9, heading_deg=-20),
+            point("legs", 190, 160, waypoints=corners), point("arcs", 190, 160, waypoints=corners, turn_radius_m=40),
+        ]
+    )  # fmt: skip
+    time = np.linspace(0, 60, 23)
+    poses = BodyPoses(made.bodies).at(time)
+    for b, body in enumerate(made.bodies):
+        pose = body.motion.pose(time)
+        np.testing.assert_allclose(poses.position[:, b], pose.position, atol=1e-12)
+        np.testing.assert_allclose(poses.heading[:, b], pose.heading, atol=1e-15)
+
+
+def test_points_are_transformed_as_by_the_frame() -> None:
+    rng = np.random.default_rng(1)
+    points, body = rng.normal(size=(40, 3)), rng.integers(0, 3, 40)
+    position, heading = rng.normal(size=(3, 3)) * 100, np.array([0.0, 1.2, 5.0])
+    transformed = map_from_bodies(points, body, position, heading)
+    for b in range(3):
+        expected = map_from_body(points[body == b], position[b], float(heading[b]))
+        assert transformed[body == b] == pytest.approx(expected, abs=1e-12)
+
+
+def test_poses_of_leaning_bodies_are_those_of_each_motion() -> None:
+    """Of many bodies at once, of one, and back into the frame; what does not lean has no rotation of its own."""
+    keys = {"roll_deg": 20, "pitch_deg": 10, "pitch_phase_deg": 60, "heave_m": 1, "yaw_deg": 5}
+    made = scene([point("a", 1, 2), point("b", 30, 40, course_deg=50, speed_kn=9, **keys), point("c", 5, 6, yaw_deg=5)])
+    time, rng = np.array([0.5, 3.0, 7.7]), np.random.default_rng(2)
+    poses, points, body = BodyPoses(made.bodies).at(time), rng.normal(size=(30, 3)) * 9, rng.integers(0, 3, 30)
+    assert list(poses.rotation) == [1]
+    for k in range(len(time)):
+        placed = poses.map_from_bodies(k, points, body)
+        for b, one in enumerate(made.bodies):
+            pose, own = pose_at(one, float(time[k])), body == b
+            np.testing.assert_allclose(placed[own], pose.map_from_frame(points[own]), atol=1e-12)
+            np.testing.assert_allclose(pose.frame_from_map(placed[own], np.inf), points[own], atol=1e-12)
+            assert (pose.lean is None) == (b != 1) and pose.upright.rotation is None
+            if pose.lean is not None:
+                upright = pose.upright.map_from_frame(points[own] @ pose.lean.T)
+                np.testing.assert_allclose(placed[own], upright, atol=1e-12)
+
+
+def test_poses_of_ships_in_a_seaway_are_those_of_each_motion_to_the_byte() -> None:
+    """Under way, at anchor, on legs, one that appears late, one that eases; of all or some, at few or many instants."""
+    hull = {"shape": "hull", "length_m": 30, "beam_m": 8, "height_m": 8, "rcs_dbsm": 10}
+    keys: list[dict[str, object]] = [{"course_deg": 50, "speed_kn": 9}, {},
+                                     {"waypoints": [{"position_m": [99, 9], "speed_kn": 8}]}]  # fmt: skip
+    keys += [{"course_deg": 300, "speed_kn": 5, "start_s": 4.0}, {"speed_kn": 5}]
+    ships = [{"name": str(k), **hull, "position_m": [150.0 * k, 400, 0], **more} for k, more in enumerate(keys)]
+    made = scene(ships, environment={"sea_state": 4, "seaway": True, "current_kn": 2, "current_to_deg": 20})
+    *bodies, eases = made.bodies
+    assert eases.motion.sway is not None
+    bodies.append(replace(eases, motion=replace(eases.motion, sway=eases.motion.sway.eased((2.0, 1.0), 0.0))))
+    evaluated = BodyPoses(bodies)
+    for time in (np.array([6.0]), np.linspace(4.5, 90.0, 40), np.linspace(-1.0, 9.0, 5), np.zeros(0)):
+        for requested in (None, np.array([1]), np.array([4, 0])):
+            poses = evaluated.at(time, requested)
+            for b in range(5) if requested is None else requested.tolist():
+                pose = bodies[b].motion.pose(time)
+                np.testing.assert_array_equal(poses.position[:, b], pose.position)
+                np.testing.assert_array_equal(poses.heading[:, b], pose.heading)
+                np.testing.assert_array_equal(poses.rotation[b], pose.rotation)
+
+
+def test_bodies_that_are_not_even_are_found_among_those_requested() -> None:
+    """Of one at rest, one on a straight course, and two on legs, of which one is not requested."""
+    corners = [{"position_m": list(p), "speed_kn": 12} for p in [(190, 230), (320, 230)]]
+    legs = [point(name, 190, 160, waypoints=corners) for name in ("legs", "more")]
+    made = scene([point("rest", 1, 2), legs[0], point("straight", 3, 4, course_deg=50, speed_kn=9), legs[1]])
+    assert BodyPoses(made.bodies).uneven(np.array([0.0, 1.0]), np.array([0, 1, 2])).tolist() == [1]
+
+
+def test_meshes_at_rest_are_merged_in_their_order_and_a_single_one_is_not_copied() -> None:
+    box = {"shape": "box", "length_m": 4, "width_m": 2, "height_m": 3}
+    made = scene(
+        [
+            {"name": "first", **box, "position_m": [10, 20, 0], "heading_deg": 90},
+            point("buoy", 5, 5),
+            {"name": "second", **box, "position_m": [-30, 5, 1]},
+        ]
+    )
+    first, buoy, second = made.bodies
+    merged, alone = merged_mesh(made.bodies), merged_mesh([first, buoy])
+    assert merged is not None and alone is not None and first.mesh is not None and second.mesh is not None
+    assert merged_mesh([buoy]) is None and alone.faces is first.mesh.faces
+    expected = [pose_at(body, 0.0).map_from_frame(body.mesh.vertices[body.mesh.faces]) for body in (first, second)]
+    assert np.array_equal(merged.vertices[merged.faces], np.concatenate(expected))
+    assert np.array_equal(alone.vertices[alone.faces], expected[0])
+
+
+# geo: placement against published numbers and against spherical and series formulas of its own.
+def test_flinders_peak_to_buninyong() -> None:
+    """The worked example of the Geocentric Datum of Australia technical manual: 54 972.271 m at 306 52 05.37."""
+    # The manual uses GRS80; its flattening differs from WGS 84 by 1.6e-11, under a micrometre here.
+    flinders = (-(37 + 57 / 60 + 3.72030 / 3600), 144 + 25 / 60 + 29.52440 / 3600)
+    buninyong = (-(37 + 39 / 60 + 10.15610 / 3600), 143 + 55 / 60 + 35.38390 / 3600)
+    east, north = map_from_geographic(*buninyong, flinders)
+    bearing_deg = math.degrees(math.atan2(east, north)) % 360
+    assert abs(math.hypot(east, north) - 54972.271) < 1e-3  # m: last printed digit, and rounding of the printed places
+    assert abs(bearing_deg - (306 + 52 / 60 + 5.37 / 3600)) < 0.01 / 3600  # last printed digit
+
+
+def test_quarter_of_the_meridian() -> None:
+    """From the equator to the pole is 10 001 965.729 m on WGS 84 (meridian quadrant, published to the millimetre)."""
+    east, north = map_from_geographic(90.0, 7.0, (0.0, 7.0))
+    assert abs(math.hypot(east, north) - 10_001_965.729) < 1e-3
+    assert abs(east) < 1e-3
+
+
+def test_short_distances_follow_the_radii_of_curvature() -> None:
+    """One second of arc north and east at 50.9 N are M and N cos(latitude) times the angle (ellipsoidal geometry)."""
+    a, f, latitude = 6_378_137.0, 1 / 298.257223563, math.radians(50.9)
+    e2 = f * (2 - f)
+    w = math.sqrt(1 - e2 * math.sin(latitude) ** 2)
+    second = 1.0 / 3600.0
+    positions = map_from_geographic(np.array([50.9 + second, 50.9]), np.array([1.4, 1.4 + second]), (50.9, 1.4))
+    north = a * (1 - e2) / w**3 * math.radians(second)
+    east = a / w * math.cos(latitude) * math.radians(second)
+    # the next term of the series is tan(latitude)/(2 N) s^2 = 5e-5 m north for the place in the east
+    np.testing.assert_allclose(positions, [[0.0, north], [east, 0.0]], atol=1e-4)
+
+
+def test_both_conversions_cancel() -> None:
+    rng = np.random.default_rng(1)
+    positions = rng.uniform(-2e5, 2e5, (50, 4, 2))
+    back = geographic_from_map(positions, (48.3, -122.5))
+    again = map_from_geographic(back[..., 0], back[..., 1], (48.3, -122.5))
+    np.testing.assert_allclose(again, positions, atol=1e-6)  # m: nanometres of the solver, 1e-14 of a longitude in degrees
+
+
+def test_heights_are_ignored_and_the_origin_is_itself() -> None:
+    np.testing.assert_allclose(geographic_from_map(np.array([0.0, 0.0, 99.0]), (10.0, 20.0)), [10.0, 20.0], atol=1e-12)
+
+
+PLACES = [((50.0, -1.0), (0.0, 0.0)), ((50.0, -1.0), (150e3, -80e3)), ((89.0, 12.0), (9e3, 4e3)), ((-20.0, 180.0), (-300e3, 5e3)),
+          ((60.0, 5.0), (1.2e6, 0.9e6)), ((0.0, 0.0), (0.0, 2e5))]  # fmt: skip
+
+
+@pytest.mark.parametrize(("origin", "place"), PLACES)
+def test_true_bearings_are_those_of_geodesics_to_positions_ahead(
+    origin: tuple[float, float], place: tuple[float, float]
+) -> None:
+    """10 m ahead and astern on the map, by the inverse geodesic: 15 nm of its rounding are 1e-9 rad. The earth curves by up to
+    0.9 % less than the sphere (at the poles), and so does c / sin(c) - 1 = c^2 / 6; half of that is the angle's error."""
+    bearing = np.linspace(0.0, 2.0 * np.pi, 25)[:-1]
+    step = 10.0 * np.stack([np.sin(bearing), np.cos(bearing)], axis=-1)
+    here = np.broadcast_to(place, step.shape)
+    behind, ahead = (geographic_from_map(here + each, origin) for each in (-step, step))
+    middle = geographic_from_map(here, origin)
+    to, _, _ = Geod(ellps="WGS84").inv(middle[:, 1], middle[:, 0], ahead[:, 1], ahead[:, 0])
+    back, _, _ = Geod(ellps="WGS84").inv(middle[:, 1], middle[:, 0], behind[:, 1], behind[:, 0])
+    expected = np.deg2rad(to) + wrap_angle(np.deg2rad(back) + np.pi - np.deg2rad(to)) / 2.0  # without what the way curves
+    tolerance = 2e-9 + 0.009 * (np.hypot(*place) / 6.371e6) ** 2 / 12.0
+    true = true_bearing(bearing, here, origin)
+    assert np.abs(wrap_angle(true - expected)).max() < tolerance
+    assert np.abs(wrap_angle(map_bearing(true, here, origin) - bearing)).max() < 1e-12
+
+
+def test_true_north_turns_by_the_sine_of_the_latitude() -> None:
+    """100 km to the east at 50 N: the first term of the series of the convergence, tan(latitude) s / N; the next one is below
+    (s / N)^3."""
+    n = 6_378_137.0 / math.sqrt(1.0 - 0.00669438 * math.sin(math.radians(50.0)) ** 2)
+    turned = float(true_bearing(0.0, np.array([100e3, 0.0]), (50.0, -1.0)))
+    assert turned == pytest.approx(math.tan(math.radians(50.0)) * 100e3 / n, abs=(100e3 / n) ** 3)

@@ -21,7 +21,7 @@ from radar_service.numerics import NAUTICAL_MILE, Flags, Floats, Indices, wrap_a
 from radar_service.plots import Plot
 from radar_service.radar import radar_sets
 from radar_service.receive import receiver_noise_power
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.world import Scene
 

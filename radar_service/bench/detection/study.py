@@ -1,7 +1,7 @@
 """Detection by range, measured on simulated scans and compared with the radar equation.
 
-Every target of a scenario stands at many ranges at once, each on a spoke and in the middle of a range cell, so that no power is
-lost between spokes or cells. A scan detects a target where its cell exceeds the threshold on any spoke of the half-power beam.
+Every target stands at many ranges at once, on a spoke and in the middle of a range cell, so that no power is lost between them. A
+scan detects a target where its cell exceeds the threshold on any spoke of the half-power beam.
 """
 
 from dataclasses import dataclass
@@ -26,7 +26,7 @@ from radar_service.bench.detection.detection import (
 from radar_service.bench.scenario import CLUTTER, Scenario, ScenarioError
 from radar_service.numerics import NAUTICAL_MILE, Floats, Indices, known_level_factor
 from radar_service.receive import receiver_noise_power
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.simulator import Simulator
 from radar_service.world import Scene
 

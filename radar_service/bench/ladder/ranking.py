@@ -31,10 +31,9 @@ def leaderboard(losses: Mapping[str, Floats], reference: str) -> dict[str, list[
     """Returns `leaderboard`, trackers with place, mean and interval, the best first, and `pairs` of the reference with each
     other one, as plain data.
 
-    losses: of each tracker by seed (N,), smaller is better. A place is 1 and the number of trackers that are better: those than
-    the reference before it and those that are not told apart from it, and these before worse ones. In a pair `needed` is the
-    seeds with which they could be told apart; 0 where there are enough.
-    """
+    losses: of each tracker by seed (N,), smaller is better. A place is 1 and the number of better trackers: those than the
+    reference before it and those that are not told apart from it, and these before worse ones. `needed`: seeds with which
+    a pair could be told apart; 0 where there are enough."""
     differences = {name: losses[reference] - losses[name] for name in losses if name != reference}
     p_values = [p_value(each) for each in differences.values()]
     needed, rank, pairs = seeds_needed(len(p_values)), dict.fromkeys(losses, 0), []

@@ -9,8 +9,7 @@ from typing import Annotated, Any
 from pydantic import Field, model_validator
 
 from radar_service.bench.scenario import SUFFIX, FrozenTable, Scenario, ScenarioError, file_errors, file_of, load_scenario
-from radar_service.scene_file.document import packaged_folder
-from radar_service.scene_file.key_paths import put
+from radar_service.scene_file import packaged_folder, put
 from radar_service.world import SceneError
 
 

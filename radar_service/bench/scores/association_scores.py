@@ -1,7 +1,7 @@
 """Which AIS target is associated with which track, and whose data are displayed: MSC.192(79) 5.30.
 
-An MMSI is owed to the track of the target that it reports (5.30.1), and wrong on any other (5.30.3), from SETTLED after its first
-report of this target on. Of an associated target the data of AIS are displayed, of others those of the radar (5.30.1).
+An MMSI is owed to the track of the target that it reports, and wrong on any other, from SETTLED after its first report of this
+target on. Of an associated target the data of AIS are displayed, of others those of the radar.
 """
 
 from collections.abc import Iterator

@@ -30,8 +30,7 @@ class Work(NamedTuple):
 class RecorderPort(Port):
     """Records all radars of a service, which wait for it where a disk is slow.
 
-    A disk that is full, or takes longer than `patience` [s], ends the recording with a line in the log. The feed goes on, and
-    what is in the file can be read.
+    A disk that is full, or takes longer than `patience` [s], ends the recording with a line in the log, not the feed.
 
     fault: why the recording has ended, None while it goes on.
     """

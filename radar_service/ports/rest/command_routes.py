@@ -24,8 +24,8 @@ from radar_service.ports.rest.answers import (
 from radar_service.ports.rest.bodies import StrictRoute
 from radar_service.ports.rest.schemas import ErrorsState, RequestBody
 from radar_service.ports.roles import needs
+from radar_service.scene_file import ErrorsModel
 from radar_service.scene_file.error_tables import error_tables
-from radar_service.scene_file.model.errors import ErrorsModel
 from radar_service.service.radio.station import Station
 from radar_service.stages.fields import Flag, Number
 from radar_service.world import Command, ErrorSettings

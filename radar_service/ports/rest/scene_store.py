@@ -175,7 +175,7 @@ class SceneStore:
 
     def entries(self) -> list[SceneEntry]:
         """Returns the scenes by name. Of equal names an upload comes before a scene of a folder, that before a packaged one."""
-        from radar_service.scene_file.document import packaged_scenes, scene_path  # here: a start does not wait for them
+        from radar_service.scene_file import packaged_scenes, scene_path  # here: a start does not wait for them
 
         entries = {name: self._owned(name, scene_path(name), "packaged") for name in packaged_scenes()}
         for folder in self._folders:
@@ -243,8 +243,10 @@ def _of_outline(scene: SceneOutline) -> dict[str, str]:
 
 
 def _of_file(scene_request: SceneRequest) -> dict[str, str]:
-    from radar_service.scene_file.load import model_from  # here, as above
-    from radar_service.scene_file.model.platform import radar_entries
+    from radar_service.scene_file import (
+        model_from,  # here, as above
+        radar_entries,
+    )
 
     model = model_from(scene_request.scene_input)
     first, *others = (entry.model for entry in radar_entries(model.radar))

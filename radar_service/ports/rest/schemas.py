@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, create_model
 
-from radar_service.scene_file.model.errors import (
+from radar_service.scene_file import (
     AntennaErrorsModel,
     FeedErrorsModel,
     GyroErrorsModel,

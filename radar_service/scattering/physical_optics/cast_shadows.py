@@ -1,9 +1,8 @@
 """Shadows that other bodies cast on one: triangles that hide parts of it from the antenna, exactly, and outlines of many.
 
 Triangles are searched for by their windows in the antenna's picture (`picture`), which miss none. The shadow of a triangle is
-what lies behind it within the planes through the antenna and its edges; by the sea these stand in the picture of the
-reflected rays. A ray that the sea reflects is stopped on its way to the sea by what stands in the direct picture, and behind
-the reflection by what stands in the one by the sea.
+what lies behind it within the planes through the antenna and its edges. A ray that the sea reflects is stopped on its way to the
+sea by what stands in the direct picture, and behind the reflection by what stands in the one by the sea.
 """
 
 from collections.abc import Sequence

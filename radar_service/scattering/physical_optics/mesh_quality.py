@@ -53,7 +53,7 @@ def outward_side(mesh: Mesh) -> NDArray[np.int8]:
     """(F,) which side of each triangle is outside: 1 the one its winding faces, -1 the other, 0 where both may be seen.
 
     Known for parts that are closed: each of their edges runs both ways equally often, and their volume has a sign. Triangles are
-    of one part where an edge joins two of them alone, so a fin on a hull, or a crate against it, leaves the hull closed.
+    of one part where an edge joins two of them alone.
     """
     ends, face = _welded_edges(mesh)
     edge, count, part = _parts(ends, face, len(mesh.faces))

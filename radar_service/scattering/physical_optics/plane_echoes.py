@@ -1,9 +1,8 @@
 """The echoes of one aspect of planar pieces, exact but for what is too faint to count.
 
 An eye is a point: the antenna, its image in the sea, and images of these in pieces. What it lights is cut out of the pieces by
-the planes through the eye and the edges of what lies before them, also of other bodies. Of a bounce the eye is mirrored in the
-first piece, and the second one is lit by it through the first as through a window; of two bounces likewise again. Fields are
-sums over the edges of what is lit, away from specular directions, and closed forms near them (the kernel says how).
+the planes through the eye and the edges of what lies before them. Of a bounce the eye is mirrored in the first piece, and lights
+the second one through it as through a window. The kernel says how fields are sums over the edges of what is lit.
 """
 
 import math

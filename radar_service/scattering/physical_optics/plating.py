@@ -4,11 +4,9 @@ Between two frames a plate is w sin^2(pi x / s) deep: it is clamped at them. s i
 panel, so the dents are periodic along the hull and constant over a deck's height. A wave of two-way phase k g . n w = a then has
 Bessel orders (Jacobi-Anger): the specular one loses |J0(a / 2)|^2, and the others go into lobes at multiples of lambda / (2 s) in
 azimuth, 1.3 degrees. So dents matter within some degrees of a wall's normal alone. There, pieces are cut into strips of a
-quarter of a panel, over each of which the dent is quadratic, as closed forms need; elsewhere they are flat.
+quarter of a panel, over each of which the dent is quadratic.
 
-Of bounces only the coherent part counts: its field is lowered at each plated wall, and what dents scatter out of it is left out.
-
-Walls of vessels that echo as no ship does, `check` reports: upright over a reflecting sea, or facing few aspects.
+Of bounces only the coherent part counts: its field is lowered at each plated wall.
 """
 
 import math

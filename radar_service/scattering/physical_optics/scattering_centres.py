@@ -1,7 +1,6 @@
 """Scattering centres: the field of a body by one path, summed coherently on the nodes of a lattice.
 
-What lies between nodes is shared among them linearly, like the amplitude of a path within a piece. So the sum is right for every
-weight that is linear over a cell: of the beam, of the pulse, of the elevation gain, and of the change of phase as the body turns.
+What lies between nodes is shared among them linearly. So the sum is right for every weight that is linear over a cell.
 The lattice is fixed in the body's frame, so centres do not jump while the antenna moves about the body.
 """
 

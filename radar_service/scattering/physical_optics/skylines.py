@@ -1,8 +1,7 @@
 """The outline of many triangles before a body, as the antenna has it: a few quads that cast the same shadow.
 
 On a plane across the way to the body, at a distance of 1, a virtual position has coordinates u to the right and v up. Straight
-edges stay straight there. The outline is what lies between the lowest and the highest point of the triangles at each u: as
-ground reaches down to the sea, what lies below its skyline, and of a bridge no more than the bridge.
+edges stay straight there. The outline is what lies between the lowest and the highest point of the triangles at each u.
 """
 
 from typing import NamedTuple, Self

@@ -15,7 +15,7 @@ from typing_extensions import override
 
 from radar_service.numerics import Indices, Singles
 from radar_service.records import OwnShipTruth, Readings, SpokeBlock
-from radar_service.scene_file.model.errors import MAX_LATENCY_S
+from radar_service.scene_file import MAX_LATENCY_S
 from radar_service.service.spokes import RadarInfo, SinkGroup, SpokeBatch, SpokeSink
 from radar_service.spoke_source import SpokeSource, SpokeSourceInfo, TruthLine
 from radar_service.world import ErrorSettings
@@ -76,7 +76,7 @@ class ErrorStage(SinkGroup):
 
     def set_errors(self, tables: Mapping[str, Any] | None) -> None:
         """Changes the errors of the spokes not yet sent, as Simulator.set_errors. Raises SceneError."""
-        from radar_service.scene_file.error_tables import (
+        from radar_service.scene_file import (
             changed_errors,  # here and below: scipy would slow the start of every service
         )
 

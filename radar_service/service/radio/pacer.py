@@ -1,4 +1,4 @@
-"""The run control of a transmitter, the wait until spokes are due, and the clock that all radars of a group share.
+"""When spokes are due: their schedule, the run control of a transmitter, its wait, and the clock of a group of radars.
 
 Pace, pause, steps and the schedule act on all radars of a group together:
 - Pause: radars that are behind follow up to the newest time that any of them has sent, so that all stop at one time.
@@ -9,17 +9,78 @@ Pace, pause, steps and the schedule act on all radars of a group together:
 
 import math
 import threading
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from radar_service.numerics import Floats
-from radar_service.service.radio.pacing import Schedule
 from radar_service.service.settings import Pace, Settings
 
 MAX_LEAD = 0.25  # s of simulated time: some batches, so that radars need not wait for each other at each spoke
+BATCH_SECONDS = 0.015  # of wall-clock time per message: eight to ten times the capacity of single spokes, and not visible
+BATCH_SPOKES = 32  # at any speed: beyond it a message gains little (docs/accuracy.md#fan-out)
+LATE_LIMIT = 0.25  # s behind after which the schedule starts anew: catching up would be a burst
+WINDOW = 5.0  # s over which the achieved factor is measured
+MIN_WINDOW = 0.5  # s; over less a single batch weighs too much
+KEEPING_UP = 0.97  # of the requested factor: what start-up and rounding may cost before it counts as falling behind
 MAX_WAIT = 3600.0  # s before the schedule is read again: a pace of 1e-300 is due in more seconds than a thread can wait
+
+
+def batch_spokes(factor: float, spoke_period: float) -> int:
+    """Returns how many spokes make a message: BATCH_SECONDS of them at this pace, at least one."""
+    if math.isinf(factor):
+        return BATCH_SPOKES
+    return max(1, round(min(BATCH_SPOKES, BATCH_SECONDS * factor / spoke_period)))
+
+
+class Schedule:
+    """When a simulated time is due on the wall clock, and the factor that is achieved. Times in s.
+
+    slips: times that the schedule started anew because the spoke source was late; lag: lateness at the last call of delay [s].
+    """
+
+    def __init__(self) -> None:
+        self.slips = 0
+        self.lag = 0.0
+        self._anchor: tuple[float, float] | None = None  # wall, simulated
+        self._sent: deque[tuple[float, float]] = deque()
+
+    def restart(self) -> None:
+        """Drops the anchor: the next spoke is due at once (after a pause, a change of pace, a new scene)."""
+        self._anchor = None
+        self._sent.clear()
+
+    def delay(self, now: float, simulated: float, factor: float) -> float:
+        """Returns the seconds until a simulated time is due, 0 or less for now. More than LATE_LIMIT late is a slip."""
+        self.lag = 0.0
+        if math.isinf(factor):
+            return 0.0
+        if self._anchor is None:
+            self._anchor = (now, simulated)
+        wall, start = self._anchor
+        delay = wall + (simulated - start) / factor - now
+        self.lag = max(0.0, -delay)
+        if delay < -LATE_LIMIT:
+            self.slips += 1
+            self._anchor = (now, simulated)
+        return delay
+
+    def sent(self, now: float, simulated: float) -> None:
+        """Counts the spoke of this simulated time as sent."""
+        self._sent.append((now, simulated))
+        while len(self._sent) > 2 and now - self._sent[1][0] >= WINDOW:
+            self._sent.popleft()
+
+    def reached(self, now: float) -> float | None:
+        """Returns simulated seconds per second over the last WINDOW; None before there is enough to measure.
+
+        While nothing is sent the value falls towards 0.
+        """
+        if len(self._sent) < 2 or now - self._sent[0][0] < MIN_WINDOW:
+            return None
+        return (self._sent[-1][1] - self._sent[0][1]) / (now - self._sent[0][0])
 
 
 @dataclass(frozen=True)

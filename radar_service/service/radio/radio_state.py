@@ -24,8 +24,7 @@ import numpy as np
 from radar_service.numerics import Singles
 from radar_service.radar import Radar
 from radar_service.records import SpokeBlock
-from radar_service.service.radio.pacer import RunControl
-from radar_service.service.radio.pacing import LATE_LIMIT, batch_spokes
+from radar_service.service.radio.pacer import LATE_LIMIT, RunControl, batch_spokes
 
 RESTARTS = 3  # allowed within RESTART_WINDOW
 RESTART_WINDOW = 60.0  # s: a spoke source that fails more often will fail again

@@ -116,8 +116,7 @@ class MeasuredPlan:
 class PlanChild:
     """The process that measures the plan of a scene beside its first spokes. result: where its plan arrives.
 
-    Counting echoes and timing tiles takes some 0.7 s, for which the first spoke does not wait. A process of its own has caches of
-    its own, so what it computes ahead disturbs no spoke, whatever is commanded meanwhile.
+    It takes some 0.7 s, for which the first spoke does not wait, and with caches of its own disturbs no spoke.
     """
 
     def __init__(self, result: Channel) -> None:

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from radar_service.service.radio.pacing import KEEPING_UP
+from radar_service.service.radio.pacer import KEEPING_UP
 from radar_service.service.radio.radio_state import State
 from radar_service.service.radio.station import Station
 

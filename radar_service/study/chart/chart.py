@@ -37,16 +37,9 @@ MIN_POWER = 1e-300  # W
 class Effort:
     """How much a chart measures.
 
-    echoes: number of echoes for the field errors;
-    blocks: blocks of spokes that are timed;
-    repeats: of each time;
-    targets: of the samplers;
-    draws: largest number of draws of a sampler;
-    seconds: CPU time after which a panel repeats nothing [s];
-    rays: largest number of rays in a box of 3 x 3 beamwidths;
-    lattice: columns and rows of the reference lattice of rays;
-    turns: random turns of the canonical targets.
-    """
+    echoes: for the field errors; blocks: of spokes that are timed; repeats: of each time; targets: of the samplers; draws: of a
+    sampler, at most; seconds: CPU time after which a panel repeats nothing [s]; rays: in a box of 3 x 3 beamwidths, at most;
+    lattice: columns and rows of the reference's rays; turns: of the canonical targets, at random."""
 
     echoes: int
     blocks: int

@@ -50,12 +50,10 @@ def workload_of(radar: Radar, echoes: Echoes, keep: int, blocks: int, seed: int)
 
 
 def field_points(workload: Workload, methods: Sequence[Method], repeats: int, budget: float = np.inf) -> list[Point]:
-    """Returns one point for each method.
+    """Returns one point for each method. Methods with a scan-wide grid are timed on the whole scan with all echoes, others on
+    some spokes, scaled to the mean azimuth, and slow ones on the subset of the echoes.
 
-    Methods with a scan-wide grid are timed on the whole scan with all echoes. The others are timed on some spokes, and the
-    time for one echo at one azimuth is scaled to the mean azimuth; slow methods are timed on the subset of the echoes.
-    budget: CPU time [s] after which times are not repeated.
-    """
+    budget: CPU time [s] after which times are not repeated."""
     errors, times = _errors(workload, methods), _times(workload, methods, repeats, budget)
     return [
         Point("field", m.family, m.setting, t, m.slow, error, preset=m.preset)

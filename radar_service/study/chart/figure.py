@@ -29,15 +29,8 @@ TITLES = {"field": "Signal chain", "power": "Samplers", "scattering": "Scatterin
 
 @dataclass(frozen=True)
 class Panel:
-    """One set of axes.
-
-    title: of the panel;
-    ylabel: name of the error, with its unit;
-    points: the points;
-    lowest: smaller errors are drawn here [dB];
-    notes: lines of the summary;
-    log: whether the error has a logarithmic axis.
-    """
+    """One set of axes. ylabel: the error, with its unit; lowest: smaller errors are drawn here [dB]; notes: lines of the summary;
+    log: whether the error has a logarithmic axis."""
 
     title: str
     ylabel: str

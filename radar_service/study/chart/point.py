@@ -20,15 +20,9 @@ MAX_MISSED = 0.05  # share of targets that a sampler on the Pareto front may mis
 class Point:
     """One method at one setting.
 
-    panel: "field" (signal chain), "power" (samplers), "scattering" (models); errors of two panels are not comparable;
-    family, setting: the method and its setting;
-    times: CPU time per azimuth of each repeat [s];
-    extrapolated: whether the times were measured on a subset of the echoes and scaled up;
-    error_db: relative field error, or error of the mean power; None where no draw met a target;
-    spread_db: spread of one draw (samplers and models);
-    missed: share of targets that one draw misses (samplers and models);
-    preset: the preset that works like this, if any.
-    """
+    panel: "field", "power" or "scattering"; errors of two are not comparable. times: CPU time per azimuth of each repeat [s];
+    extrapolated: whether from a subset of the echoes. error_db: of the field, or of the mean power; None where no draw met a
+    target. spread_db, missed: of one draw, and the share of targets that it misses. preset: the one that works like this."""
 
     panel: str
     family: str
@@ -109,10 +103,8 @@ def drawn_points(
 def mean_and_spread(powers: Floats, truth: Floats) -> tuple[float | None, float | None, float]:
     """Returns the error of the mean [dB], the spread of one draw [dB] and the share of draws that miss their target.
 
-    powers: of each draw and target (S, T) [W]; truth: (T,) [W], or (S, T) where each draw has its own. Error and spread are
-    root mean squares over the targets. The spread of a target is one standard deviation of the error over the mean. Targets
-    that no draw meets have no error and no spread; if no target is met, both are None.
-    """
+    powers: of each draw and target (S, T) [W]; truth: (T,) or (S, T) [W]. Error and spread are root mean squares over the targets
+    that a draw meets, None where there is none; the spread of a target is a standard deviation of the error over the mean."""
     mean, expected = powers.mean(axis=0), np.broadcast_to(truth, powers.shape)
     met = mean > 0.0
     missed = float(np.mean(powers == 0.0))

@@ -1,8 +1,7 @@
-"""The references of the chart: the compressed pulse in closed form under the exact beam, echo by echo, and the mean power of a
-surface by a regular lattice of rays.
+"""The references of the chart: the compressed pulse under the exact beam, echo by echo, and the mean power of a surface by a
+regular lattice of rays. They share no code with the engine.
 
-They share no code with the engine: no transforms, kernels, points on surfaces, random rays or float32. The mean power is the
-integral of gamma K G^2 / R^2 over the solid angle, where K is the constant of the radar equation.
+The mean power is the integral of gamma K G^2 / R^2 over the solid angle; K is the constant of the radar equation.
 """
 
 from dataclasses import dataclass

@@ -50,15 +50,9 @@ INTEGER_DELAY = "integer-delay chirps"
 class Method:
     """One method at one setting.
 
-    family: name of the method;
-    setting: the setting, for a reader;
-    run: makes profiles (K, N) of echoes for spokes (K,);
-    radar: the radar, with the sampling rate of this method;
-    first: range of sample 0 [range steps];
-    reach: largest offset of an echo from boresight [rad]; None where the method computes the whole scan at once;
-    preset: the preset that uses this setting, if any;
-    slow: whether the method is timed on a subset of the echoes.
-    """
+    run: makes profiles (K, N) of echoes for spokes (K,). radar: with the sampling rate of this method. first: range of sample 0
+    [range steps]. reach: largest offset of an echo from boresight [rad]; None where the whole scan is computed at once. preset:
+    the one that uses this setting, if any. slow: whether it is timed on a subset of the echoes."""
 
     family: str
     setting: str

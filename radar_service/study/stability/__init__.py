@@ -1,11 +1,7 @@
 """Where every method and model fails: each study drives one parameter until the method fails.
 
-To add a study, write one file in the folder `studies`, or one function in a file there:
-
-- the function takes the refinement (1, or the `--fine` of the command line) and returns a `Finding`;
-- the file lists its functions in a tuple `STUDIES`.
-
-The tests compare every finding with its `Expected`, so a new study needs no change elsewhere.
+A study is a function in a file of `studies`, listed in its tuple `STUDIES`: it takes the refinement (1, or `--fine`) and returns
+a `Finding`, which the tests compare with its `Expected`.
 """
 
 from importlib import import_module

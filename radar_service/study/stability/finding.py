@@ -11,7 +11,7 @@ import numpy as np
 
 from radar_service.numerics import Complexes, Floats, Profiles
 from radar_service.radar import Radar
-from radar_service.scene_file.load import load_scene
+from radar_service.scene_file import load_scene
 from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.world import Scene
 
@@ -47,12 +47,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Expected:
-    """The boundary that theory or an earlier measurement gives.
-
-    boundary: in the unit of the parameter; None where no failure is expected;
-    tolerance: relative;
-    origin: of both, in words.
-    """
+    """The boundary of theory or an earlier measurement; None where nothing fails. tolerance: relative; origin: of both."""
 
     boundary: float | None
     tolerance: float = 0.0
@@ -63,20 +58,10 @@ class Expected:
 class Finding:
     """One study.
 
-    name: of the region;
-    method: the method that fails, or that was driven without failure;
-    setup: what the study computes;
-    parameter, values: the driven quantity and its values, from one end to the other;
-    measured: the quantity of the curves;
-    curves: one for each compared method;
-    limit: the value of a curve that counts as failure;
-    limit_reason: why;
-    boundary: the value of the parameter where the method passes the limit; None where it does not;
-    expected: the boundary that the tests demand;
-    response: the kind of what the service does instead;
-    instead: the method that the service uses instead, or what else it does, in a few words;
-    details: the same in sentences.
-    """
+    name: of the region. method: what fails, or was driven without failure. setup: what is computed. parameter, values: what is
+    driven. measured: the quantity of the curves, one for each method. limit: the value of a curve that counts as failure.
+    boundary: of the parameter, where the method passes the limit, or None; expected: the one that the tests demand.
+    response, instead, details: what the service does, by its kind, in a few words and in sentences."""
 
     name: str
     method: str

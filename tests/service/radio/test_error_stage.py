@@ -102,11 +102,8 @@ def test_refused_errors_change_nothing() -> None:
     played.stage.set_errors(DROPPED)
     with pytest.raises(SceneError, match="drop_rate: 2 is not allowed"):
         played.stage.set_errors({"feed": {"drop_rate": 2}})
-    assert (
-        played.stage.errors is not None
-        and played.stage.errors.feed is not None
-        and played.stage.errors.feed.drop_rate == 0.3
-    )
+    assert played.stage.errors is not None and played.stage.errors.feed is not None
+    assert played.stage.errors.feed.drop_rate == 0.3
 
 
 def test_the_spoke_before_is_that_which_the_radar_made() -> None:

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from radar_service.service.radio.pacer import RunControl
-from radar_service.service.radio.pacing import LATE_LIMIT
+from radar_service.service.radio.pacer import LATE_LIMIT, RunControl
 from radar_service.service.radio.radio_state import (
     IN_SINKS,
     RESTART_WINDOW,

@@ -30,6 +30,7 @@ from tests.descriptors import descriptors_left, open_descriptors
 from tests.processes import tasks
 from tests.processes.test_fork_server import is_gone, until
 from tests.service.fake import FakeEngine, dying
+from tests.service.held import resident_memory
 from tests.service.radio.recording import RecordingSink
 
 SCENE: dict[str, Any] = {
@@ -355,9 +356,6 @@ def test_a_file_that_has_changed_does_not_go_on_in_the_same_epoch(maker: ScenePr
 
 @pytest.mark.parametrize("swaps", [10, pytest.param(50, marks=pytest.mark.study)])
 def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: SceneProcessMaker) -> None:
-    def resident() -> int:
-        return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
-
     def swap() -> int:
         worker = prepared(maker(ORDER, Progress()))
         process: int = worker.spoke_source.process  # type: ignore[attr-defined]
@@ -365,8 +363,10 @@ def test_swaps_leave_no_memory_descriptor_or_process(swaps: int, maker: ScenePro
         return process
 
     swap()
-    memory, descriptors = resident(), len(os.listdir("/proc/self/fd"))
+    memory, descriptors = resident_memory(os.getpid()), len(os.listdir("/proc/self/fd"))
     processes = [swap() for _ in range(swaps)]
     until(lambda: all(is_gone(process) for process in processes))
     assert len(os.listdir("/proc/self/fd")) <= descriptors  # fewer where an earlier test's were still open
-    assert resident() - memory < 8 * 2**20  # bytes: the allocator's arenas come and go by less; a process has 20 MiB
+    assert (
+        resident_memory(os.getpid()) - memory < 8 * 2**20
+    )  # bytes: the allocator's arenas come and go by less; a process has 20 MiB

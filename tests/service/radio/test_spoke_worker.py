@@ -193,16 +193,6 @@ def test_a_worker_that_was_stopped_keeps_no_spokes() -> None:
     assert worker.take(SOON) is None
 
 
-def test_an_engine_that_ends_is_a_fault_too() -> None:
-    engine = FakeEngine(scene())
-    whole = engine.blocks
-    engine.blocks = lambda scans=None, size=16: whole(1, size)  # type: ignore[method-assign]
-    worker = started(engine, 1000)
-    with pytest.raises(SpokeSourceFault, match="ended"):
-        while worker.take(SOON):
-            pass
-
-
 def test_stopping_ends_a_wait() -> None:
     worker = started(FakeEngine(scene(), turns=threading.Semaphore(0)))
     taken: list[object] = []
@@ -254,21 +244,13 @@ def test_spokes_before_the_first_one_are_not_queued() -> None:
 
 
 @pytest.mark.parametrize(("cells", "spokes"), [(20, 32), (10_922, 32), (10_923, 31), (45_000, 7), (10**6, 1)])
-def test_wide_spokes_come_in_small_blocks(cells: int, spokes: int) -> None:
+def test_wide_spokes_come_in_small_blocks_and_their_end_is_a_fault(cells: int, spokes: int) -> None:
     """A block of 32 spokes of 10,922 cells has 4 MiB: 8 bytes of field and 4 of power in each cell."""
-    asked: list[int] = []
-
-    class Wide(FakeEngine):
-        def blocks(self, scans: int | None = None, size: int = 16) -> Iterator[SpokeBlock]:
-            asked.append(size)
-            return super().blocks(scans, size)
-
-    engine = Wide(scene())
+    asked, engine = list[int](), FakeEngine(scene())
     engine.range = np.arange(cells, dtype=np.float64)
-    worker = SpokeWorker(engine)
-    worker.start()
-    assert worker.wait_until_ready(SOON)
-    worker.stop(SOON)
+    engine.blocks = lambda size: iter(asked.append(size) or ())  # type: ignore[method-assign]
+    with pytest.raises(SpokeSourceFault, match="ended"):
+        started(engine).take(SOON)
     assert asked == [spokes]
 
 

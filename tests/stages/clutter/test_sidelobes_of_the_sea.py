@@ -23,7 +23,7 @@ from tests.reference.compressed_pulse import compressed_pulse
 from tests.scenes import scene
 
 Floats = NDArray[np.float64]
-HAMMING = (0.54, 0.46)
+WINDOWS = {"hamming": (0.54, 0.46), "blackman": (0.42, 0.5, 0.08)}
 
 
 class Sea(NamedTuple):
@@ -45,7 +45,7 @@ def pulse_power(made: Scene) -> Floats:
     radar = made.radar
     reach = int(radar.pulse * radar.sample_rate)
     delay = np.arange(-reach, reach + 1) / radar.sample_rate
-    power = np.abs(compressed_pulse(delay, radar.bandwidth, radar.pulse, HAMMING)) ** 2
+    power = np.abs(compressed_pulse(delay, radar.bandwidth, radar.pulse, WINDOWS[radar.window])) ** 2
     return np.asarray(power / power.sum())
 
 

@@ -16,7 +16,7 @@ from radar_service import wire
 from radar_service.display.video import Controls, Layout, stretch_cells, video_level_db
 from radar_service.numerics import Indices, Profiles, Singles
 from radar_service.records import powers_from_text
-from radar_service.scene_file.model.radar import MAX_BINS
+from radar_service.scene_file import MAX_BINS
 from radar_service.service.feed_request import FeedRequest, Mode, View
 from radar_service.service.spokes import SpokeBatch
 

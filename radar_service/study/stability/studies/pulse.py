@@ -7,7 +7,7 @@ import numpy as np
 
 from radar_service.numerics import SPEED_OF_LIGHT, Floats
 from radar_service.receive import compression_for
-from radar_service.scene_file.model.radar import MIN_CHIRP_PRODUCT
+from radar_service.scene_file import MIN_CHIRP_PRODUCT
 from radar_service.simulator import Simulator
 from radar_service.study.compressed_pulse import compressed_chirp
 from radar_service.study.stability.finding import (

@@ -207,9 +207,7 @@ def _body_at_rest(mesh: Mesh, east: float, north: float) -> Body:
 def visibility_error(distance: float) -> float:
     """Returns the share of points of a sphere with wrong visibility when another body rests at `distance` [m].
 
-    The sphere has 1 m radius and is 300 m away. A convex body shows exactly the faces toward the antenna. Faces within 3
-    degrees of the outline do not count.
-    """
+    The sphere has 1 m radius and is 300 m away; faces within 3 degrees of its outline do not count."""
     mesh = SHAPES["sphere"](1.0)
     bodies = [_body_at_rest(mesh, 0.0, 300.0), _body_at_rest(mesh, distance * 0.8, distance * 0.6)]
     corners = mesh.vertices[mesh.faces]
