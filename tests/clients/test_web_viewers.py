@@ -185,9 +185,9 @@ def test_what_others_change_shows_as_it_happens_and_after_a_break(radar: FakeRad
 
 def test_poses_that_others_send_and_other_radars_make_the_page_ask_nothing(radar: FakeRadar, opened: Opened) -> None:
     """Poses come ten times a second, and show in the spokes; a change of the controls is asked for."""
-    radar.gives_truth = True
+    radar.gives_truth, radar.errors = True, {"log": {}}
     page = opened(BARE)
-    page.wait("document.getElementById('errors-text').hidden")
+    page.wait("document.getElementById('errors-text').textContent === 'Errors: log'")  # asked for by the hello
     asked = "performance.getEntriesByType('resource').filter(({ name }) => name.endsWith('api/radars/0')).length"
     radar.tell("controls", gain=1)
     radar.controls |= {"gain": 77}
