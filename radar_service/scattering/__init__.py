@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
     from radar_service.scattering.physical_optics.plane_echoes import Longest, PlaneOptics, Wave
     from radar_service.scattering.physical_optics.plating import SPREAD, upright_warnings
-    from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions
+    from radar_service.scattering.model import NEAREST, BodyRun, Conditions
     from radar_service.scattering.rays import RayCaster, RaySampledSurfaces
     from radar_service.scattering.reflector_patterns import highest_rcs, reflector_text, size_of
     from radar_service.scattering.resting_points import RestingModel, RestingPoints

@@ -10,8 +10,16 @@ from radar_service.radar import Radar
 from radar_service.records import Fidelity
 from radar_service.scattering.declared_cells import CellEchoes, CellSpacing, cell_echoes, cell_spacing
 from radar_service.scattering.fixed_scatterers import PEAK_TO_MEAN, FixedScatterers, sampled
-from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, ScatteringContext
-from radar_service.scattering.predictions import NEAREST, BodyRun, Conditions, RunError
+from radar_service.scattering.model import (
+    ALL_PATHS,
+    NEAREST,
+    BearingWedge,
+    BodyEchoes,
+    BodyRun,
+    Conditions,
+    RunError,
+    ScatteringContext,
+)
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer, surface_db
 from radar_service.world import Body, PoseArrays
 

@@ -16,8 +16,17 @@ from radar_service.numerics import SCATTER, Flags, Floats, Indices, Singles, gen
 from radar_service.propagation import diffraction_height
 from radar_service.radar import Radar
 from radar_service.records import Fidelity
-from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
-from radar_service.scattering.predictions import BodyRun, Conditions, RunError
+from radar_service.scattering.model import (
+    ALL_PATHS,
+    BearingWedge,
+    BodyEchoes,
+    BodyRun,
+    Conditions,
+    Instant,
+    RunError,
+    ScatteringContext,
+    ScatteringModel,
+)
 from radar_service.scattering.resting_points import MapCells, RestingPoints
 from radar_service.scattering.surface_sampling import (
     MAX_SCATTERERS,

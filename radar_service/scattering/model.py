@@ -1,7 +1,8 @@
 """The interface between the scene and the engine: what a scattering model receives, and what it returns.
 
 To add a model: write a class like `ScatteringModel`, here or in another package, and an entry point `radar_service.scattering`:
-scene files then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it.
+scene files then know its name. All that readers of scenes, the plan and the truth need to know of a model, they ask it:
+also the errors that it predicts of itself.
 """
 
 from collections.abc import Mapping, Sequence
@@ -13,11 +14,60 @@ import numpy as np
 from radar_service.numerics import Complexes, Flags, Floats, Indices
 from radar_service.radar import Radar
 from radar_service.records import Fidelity
-from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.trace import OcclusionScene, RayCount
-from radar_service.world import Body, Environment
+from radar_service.world import Body, Environment, Scene
 
 ALL_PATHS, DIRECT, ONE_WAY, BOTH_WAYS = -1, 0, 1, 2
+NEAREST = 16.0  # m: parts of a body are taken as no nearer: no marine antenna observes nearer bodies
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """What a prediction depends on, besides the body and its run.
+
+    radar, environment, fidelity: of the simulation.
+    antenna: (3,) at time 0 on the map [m].
+    scatterers: how many fixed scatterers the body has; None before they are drawn.
+    """
+
+    radar: Radar
+    environment: Environment
+    fidelity: Fidelity
+    antenna: Floats
+    scatterers: int | None = None
+
+    @classmethod
+    def of_scene(cls, scene: Scene, fidelity: Fidelity, scatterers: int | None = None) -> "Conditions":
+        """The conditions of a body of a scene with so many scatterers."""
+        return cls(scene.radar, scene.environment, fidelity, scene.antenna(0.0)[0], scatterers)
+
+
+class BodyRun(NamedTuple):
+    """What a body does over a run, seen from the antenna.
+
+    nearest: least ground distance of its nearest part [m], at least 0.
+    approach: least ground distance of its middle [m].
+    time: when its middle is nearest [s].
+    turn: highest rate at which its aspect changes [rad/s].
+    radial: highest rate of range [m/s].
+    sea_turn: highest rate of the angle between the direct ray and the one by the sea [rad/s].
+    start: ground distance of its middle at the start [m].
+    """
+
+    nearest: float
+    approach: float
+    time: float
+    turn: float
+    radial: float
+    sea_turn: float
+    start: float
+
+
+class RunError(NamedTuple):
+    """What a run adds to the error of a body's mean power [dB], and sentences about it."""
+
+    power_db: float = 0.0
+    remarks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

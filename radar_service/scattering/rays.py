@@ -15,8 +15,7 @@ from typing_extensions import override
 from radar_service.numerics import CAST, Complexes, Flags, Floats, Indices, body_rotation, direction, generator
 from radar_service.radar import Radar
 from radar_service.scattering.fixed_scatterers import DiffuseScattering
-from radar_service.scattering.model import BodyEchoes, Instant, ScatteringContext, ScatteringModel
-from radar_service.scattering.predictions import Conditions
+from radar_service.scattering.model import BodyEchoes, Conditions, Instant, ScatteringContext, ScatteringModel
 from radar_service.trace import RayCount, RayTarget, full_circle_rays, missed_area_range, sea_range
 from radar_service.world import MAP_POSE, Body, BodyPose, merged_mesh, pose_at
 

@@ -12,8 +12,7 @@ from radar_service.numerics import Floats, Indices
 from radar_service.radar import Radar
 from radar_service.records import Fidelity
 from radar_service.scattering.fixed_scatterers import FixedScatterers
-from radar_service.scattering.model import BodyEchoes, ScatteringContext
-from radar_service.scattering.predictions import Conditions
+from radar_service.scattering.model import BodyEchoes, Conditions, ScatteringContext
 from radar_service.scattering.reflector_patterns import highest_rcs, reflector_area, reflector_text
 from radar_service.scattering.surface_sampling import Scatterers, point_scatterer
 from radar_service.world import Body, PoseArrays

@@ -22,7 +22,7 @@ from radar_service.plan.body_errors import (
 from radar_service.plan.budget import ErrorBudget
 from radar_service.plan.settings_search import fidelity_for
 from radar_service.records.fidelity import PRESETS
-from radar_service.scattering.predictions import NEAREST
+from radar_service.scattering.model import NEAREST
 from radar_service.scattering.surface_sampling import density_db
 from radar_service.world.steering import Steering
 from tests.plan.scenes import HOUSE, SHIP, WAY, made

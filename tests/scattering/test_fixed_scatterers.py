@@ -11,8 +11,7 @@ import radar_service as rs
 from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers, cell_scatterers
-from radar_service.scattering.model import BearingWedge, BodyEchoes, Instant, ScatteringContext, ScatteringModel
-from radar_service.scattering.predictions import Conditions
+from radar_service.scattering.model import BearingWedge, BodyEchoes, Conditions, Instant, ScatteringContext, ScatteringModel
 from radar_service.trace.embree import RayCount
 from radar_service.trace.line_of_sight import OcclusionScene
 from radar_service.world.body import Body

@@ -17,10 +17,9 @@ from radar_service.records.fidelity import PRESETS
 from radar_service.scattering.declared_cells import cell_spacing
 from radar_service.scattering.declared_scattering import DeclaredScattering
 from radar_service.scattering.fixed_scatterers import DiffuseScattering, FixedScatterers
-from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes
+from radar_service.scattering.model import ALL_PATHS, BearingWedge, BodyEchoes, BodyRun, Conditions, RunError
 from radar_service.scattering.models import model_named, scattering_model
 from radar_service.scattering.physical_optics.model import FACETS_DB, REBOUNCES_DB, PhysicalOptics
-from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.rays import RaySampledSurfaces
 from radar_service.scattering.resting_points import MapCells
 from radar_service.scattering.scatterer_set import ScattererSet, build_scatterers
@@ -277,7 +276,7 @@ def test_a_declared_body_counts_where_its_echoes_may_lie_beside_its_scatterers(
         assert bool(len(source.echoes(antenna, instant(made, wedge=sector)))) == count
 
 
-# predictions: what models are told of a scene, and what they answer of runs: by hand.
+# model: what models are told of a scene, and what they answer of runs: by hand.
 FAR_BOX = {"name": "b", "shape": "box", "length_m": 9, "width_m": 9, "height_m": 9, "position_m": [0, 3000, 0]}
 PASSING = BodyRun(nearest=100.0, approach=110.0, time=60.0, turn=0.1, radial=10.0, sea_turn=0.01, start=3000.0)
 SCATTERINGS: dict[str, dict[str, Any]] = {

@@ -15,7 +15,17 @@ from radar_service.numerics import Floats, Indices, map_from_body
 from radar_service.propagation import diffraction_height
 from radar_service.radar import Radar, horizon
 from radar_service.records import Fidelity
-from radar_service.scattering.model import ALL_PATHS, AspectModel, BodyEchoes, Caster, Instant, ScatteringContext
+from radar_service.scattering.model import (
+    ALL_PATHS,
+    AspectModel,
+    BodyEchoes,
+    BodyRun,
+    Caster,
+    Conditions,
+    Instant,
+    RunError,
+    ScatteringContext,
+)
 from radar_service.scattering.physical_optics.body_legs import FLATTEST, BodyLeg, SeaField, ground_before
 from radar_service.scattering.physical_optics.cast_shadows import Onlooker
 from radar_service.scattering.physical_optics.mesh_quality import (
@@ -40,7 +50,6 @@ from radar_service.scattering.physical_optics.scattering_centres import (
     over_nodes,
     strongest,
 )
-from radar_service.scattering.predictions import BodyRun, Conditions, RunError
 from radar_service.scattering.surface_sampling import normals_and_areas
 from radar_service.trace import content_key
 from radar_service.world import Body, BodyPose, Mesh, Plating, pose_at, power_reflectivity

@@ -15,10 +15,10 @@ import numpy as np
 from radar_service.kernels.library import KERNELS
 from radar_service.numerics import Complexes, Floats, Indices
 from radar_service.radar import Radar
+from radar_service.scattering.model import NEAREST
 from radar_service.scattering.physical_optics.body_legs import BodyLeg
 from radar_service.scattering.physical_optics.planar_pieces import PlanarPieces
 from radar_service.scattering.physical_optics.plating import PlatedWalls
-from radar_service.scattering.predictions import NEAREST
 from radar_service.world import MAP_POSE, Mesh
 
 # Of the field of the ship's usual largest cell: surfaces and bounces that have less at most are left out

@@ -9,9 +9,9 @@ import pytest
 import radar_service as rs
 from radar_service.plan.body_errors import body_run
 from radar_service.records.fidelity import PRESETS
+from radar_service.scattering.model import Conditions
 from radar_service.scattering.models import scattering_model
 from radar_service.scattering.physical_optics.mesh_quality import concave, curve_sag, length_text, outward_side
-from radar_service.scattering.predictions import Conditions
 from radar_service.world.body import Mesh
 from radar_service.world.shapes import box, cylinder, dihedral, plate, sphere
 from tests.reference.make_ships import coaster
