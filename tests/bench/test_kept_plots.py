@@ -12,7 +12,7 @@ from radar_service.bench.kept_plots import bench_digest, makes_plots, observed_r
 from radar_service.bench.run import observed
 from radar_service.bench.scenario import Limit, PlotErrors, PlotSettings, Scenario
 from radar_service.bench.scores.scan_result import ScanResult
-from radar_service.terminal import progress
+from radar_service.terminal import progress_bar
 from tests.bench.test_scenario import SMALL
 
 SCENARIO = Scenario(**{**SMALL, "scans": 3, "plot_errors": {"range_sd_m": 3.0, "bearing_sd_deg": 0.1}})
@@ -115,6 +115,6 @@ def test_the_first_flood_of_the_first_seed_is_told_after_its_scan(
 def test_a_long_run_says_how_far_its_plots_are(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(progress, "SECONDS", 0.0)
+    monkeypatch.setattr(progress_bar, "SECONDS", 0.0)
     observed_run(tmp_path, SCENARIO, 1)
     assert capsys.readouterr().err.startswith("small, seed 1: plots: 1 of 3 scans, ")

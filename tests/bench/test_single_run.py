@@ -11,7 +11,7 @@ from radar_service.bench.scenario import Scenario, load_scenario
 from radar_service.bench.single_run import data_sheet, missed_limits, same_for_all, single_run
 from radar_service.bench.trackers.tracker import DataSheet
 from radar_service.numerics.arithmetic_name import arithmetic
-from radar_service.terminal import progress
+from radar_service.terminal import progress_bar
 from tests.bench import known_trackers as known
 from tests.bench.test_bench import program, small
 from tests.bench.test_run import SMALL
@@ -71,7 +71,7 @@ def test_a_run_is_kept_with_the_version_and_the_source(tmp_path: Path) -> None:
 def test_a_slow_tracker_is_seen_to_go_on(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(progress, "SECONDS", 0.0)
+    monkeypatch.setattr(progress_bar, "SECONDS", 0.0)
     single_run(small(tmp_path, 3), 0, command := program(tmp_path, ECHO), tmp_path / "plots")
     assert f"small, seed 0: {command}: 2 of 3 scans, " in capsys.readouterr().err
 
