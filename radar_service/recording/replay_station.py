@@ -11,7 +11,6 @@ from typing import Any
 from typing_extensions import override
 
 from radar_service.errors.reporter import ErrorReporter
-from radar_service.processes.call import Progress
 from radar_service.recording.error import RecordingError
 from radar_service.recording.radar_recording import file_hash
 from radar_service.recording.recording import NO_TRUTH, Recording
@@ -139,6 +138,6 @@ class ReplayStation(Station):
             self.failed()
 
 
-def refuse(scene_request: SceneRequest, progress: Progress) -> SceneSpokeSource:
+def refuse(*_: object) -> SceneSpokeSource:
     """Raises SpokeSourceFault in place of another scene: a `MakeSpokeSource`."""
     raise SpokeSourceFault(PLAYS)
