@@ -92,11 +92,11 @@ def retired_in(name: str, source: str) -> set[str]:
 
 def test_no_retired_identifier_returns() -> None:
     faults = [
-        f"{name_of(file)} uses {', '.join(sorted(used))}"
+        f"{name_of(file)} uses as a name: {', '.join(map(repr, sorted(used)))}"
         for file in SOURCES
         if (used := retired_in(name_of(file), file.read_text(encoding="utf-8")))
     ]
-    assert not faults, "\n".join([*faults, "docs/glossary.md has the words in use"])
+    assert not faults, "\n".join([*faults, "these are retired (RETIRED, above); docs/glossary.md has the words in use"])
 
 
 def test_retired_identifiers_are_found() -> None:

@@ -84,6 +84,11 @@ def record_of(kind: type[Record], table: BaseModel, **given: Any) -> Record:
             known = f"its keys: {', '.join(keys.values())}; units: {', '.join((*SCALES, *LEVELS))}"
             what = f"{kind.__name__}.{name}: {type(table).__name__} has no key of this name and a known unit"
             raise TypeError(f"{what} ({known}); rename one, or give {name}= to record_of")
+    for name in own:
+        if len(alike := [key for key in type(table).model_fields if bare(key) == name]) > 1:
+            raise TypeError(
+                f"{kind.__name__}.{name}: {type(table).__name__} has {' and '.join(alike)}; give {name}= to record_of"
+            )
     return kind(**{name: _in_si(getattr(table, key), unit_of(key)) for name, key in own.items()}, **given)
 
 

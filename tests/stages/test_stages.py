@@ -218,6 +218,17 @@ def test_a_field_without_a_key_is_named_with_the_keys_and_the_units() -> None:
     assert record_of(Wake, Ferry(), width=2.0).width == 2.0
 
 
+def test_keys_that_differ_by_their_unit_alone_are_not_one_value() -> None:
+    class Wakes(Section):
+        speed_kn: float = 1.0
+        width_m: float = 1.0
+        width_deg: float = 90.0
+
+    with pytest.raises(TypeError, match=r"^Wake.width: Wakes has width_m and width_deg; give width= to record_of$"):
+        record_of(Wake, Wakes())
+    assert record_of(Wake, Wakes(), width=2.0).width == 2.0
+
+
 def test_the_first_problem_is_told() -> None:
     assert Ferry(seats=8).seats == 8
     with pytest.raises(ValidationError, match="seats: 12 are too many; give 9") as refused:
