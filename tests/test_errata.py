@@ -17,7 +17,7 @@ from radar_service.propagation.multipath import (
 )
 from radar_service.propagation.radar_equation import received_amplitude, two_way_phase
 from radar_service.radar.patterns import PATTERNS, printed_gain, printed_two_way
-from radar_service.receive.chirp_sum import (
+from radar_service.receive.documented_receiver import (
     beam_spread,
     chirp,
     chirp_sum,

@@ -26,8 +26,17 @@ from radar_service.numerics import (
 )
 from radar_service.propagation import printed_atmosphere, printed_two_ray_factor, rms_wave_height
 from radar_service.radar import printed_two_way
-from radar_service.receive import beam_spread, chirp, compress, detect, printed_phase, pulse_times, sample_delay, window
-from radar_service.receive.chirp_sum import chirp_sum
+from radar_service.receive import (
+    beam_spread,
+    chirp,
+    chirp_sum,
+    compress,
+    detect,
+    printed_phase,
+    pulse_times,
+    sample_delay,
+    window,
+)
 from radar_service.records import Fidelity
 from radar_service.trace import BOX_BEAMWIDTHS, TriangleList, TriangleScene, azimuth_offsets, elevation_offsets
 from radar_service.world import BodyPoses, Motion, Presence, Presences, Scene

@@ -6,7 +6,7 @@ import pytest
 from radar_service.engine.documented import AzimuthHits, DocumentedEngine
 from radar_service.propagation.multipath import printed_two_ray_factor
 from radar_service.radar.patterns import printed_gain
-from radar_service.receive.chirp_sum import chirp, chirp_sum, compress, pulse_times, sample_delay, window
+from radar_service.receive.documented_receiver import chirp, chirp_sum, compress, pulse_times, sample_delay, window
 from radar_service.records.fidelity import Fidelity
 from radar_service.world.scene import Scene
 from tests import scenes

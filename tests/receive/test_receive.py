@@ -6,7 +6,7 @@ import pytest
 from radar_service.numerics.random import generator
 from radar_service.radar.antenna import grid_rows
 from radar_service.receive.beam import azimuth_kernel, beam_filter, beam_spectrum
-from radar_service.receive.chirp_sum import beam_spread, detect
+from radar_service.receive.documented_receiver import beam_spread, detect
 from radar_service.receive.gridding import Kernel, spread
 from radar_service.receive.noise import MIN_POWER, GaussianSpectrum, integrate
 from tests.kernels.both import both
@@ -41,7 +41,7 @@ def test_beam_spectrum_sums_to_the_boresight_gain() -> None:
     assert spectrum.sum() / 720 == pytest.approx(1.0, abs=1e-4)
 
 
-# chirp_sum: detection and beam spreading.
+# documented_receiver: detection and beam spreading.
 BEAM, STEP = np.deg2rad(3.9), np.deg2rad(0.5)
 
 

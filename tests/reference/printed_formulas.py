@@ -3,7 +3,7 @@
 import numpy as np
 
 from radar_service.numerics.types import Floats
-from radar_service.receive.chirp_sum import spread_sigma
+from radar_service.receive.documented_receiver import spread_sigma
 
 
 def printed_direction(azimuth: Floats, elevation: Floats) -> Floats:

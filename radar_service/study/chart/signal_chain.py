@@ -20,6 +20,7 @@ from radar_service.receive import (
     azimuth_kernel,
     beam_filter,
     chirp,
+    chirp_sum,
     compress,
     compression_for,
     exact_chirp_sum,
@@ -30,7 +31,6 @@ from radar_service.receive import (
     waveform_spectra,
     window,
 )
-from radar_service.receive.chirp_sum import chirp_sum
 from radar_service.records import PRESETS, Fidelity
 from radar_service.trace import BOX_BEAMWIDTHS
 

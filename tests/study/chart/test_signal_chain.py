@@ -6,7 +6,7 @@ import pytest
 from radar_service.echo.echoes import Echoes
 from radar_service.numerics.types import Floats
 from radar_service.radar.parameters import Radar
-from radar_service.receive.chirp_sum import chirp_sum, impulse_sum
+from radar_service.receive.documented_receiver import chirp_sum, impulse_sum
 from radar_service.study.chart.field_panel import field_points, workload_of
 from radar_service.study.chart.point import Point
 from radar_service.study.chart.signal_chain import Method, chirps, methods

@@ -3,7 +3,7 @@ import pytest
 from scipy.signal import windows as scipy_windows
 
 from radar_service.numerics.constants import SPEED_OF_LIGHT
-from radar_service.receive.chirp_sum import (
+from radar_service.receive.documented_receiver import (
     chirp,
     chirp_sum,
     compress,
