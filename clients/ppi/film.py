@@ -58,12 +58,13 @@ def faded(drawn: NDArray[np.uint8], age: NDArray[np.float64]) -> NDArray[np.uint
     return dimmed
 
 
-def _bright(scans: list[ReceivedScan], dynamic_range_db: float) -> NDArray[np.uint8]:
-    """The brightness (K, A, N) of the scans, all on one scale."""
+def _bright(scans: list[ReceivedScan], dynamic_range_db: float) -> list[NDArray[np.uint8]]:
+    """The brightness (A, N) of each scan, all on one scale."""
     encoding = scans[0].hello["encoding"]
     if encoding["name"] == "u8":
-        return np.stack([scan.ppi.polar for scan in scans])
-    return picture_from_power(np.stack([power(scan.ppi, encoding) for scan in scans]), dynamic_range_db)
+        return [scan.ppi.polar for scan in scans]
+    strongest = max(float(power(scan.ppi, encoding).max()) for scan in scans)
+    return [picture_from_power(power(scan.ppi, encoding), dynamic_range_db, strongest) for scan in scans]
 
 
 def _order(scans: list[ReceivedScan]) -> tuple[NDArray[np.float64], NDArray[np.intp], NDArray[np.intp]]:

@@ -18,7 +18,7 @@ from .client import TIMEOUT
 PROGRAM = "radar-ppi"
 PICTURE, FILM = ".png", ".gif"
 PICTURE_SIZE, FILM_SIZE = 900, 480  # pixels; a revolution in the film size is about 3 MB of GIF
-POSITIVE = partial(number_between, lower=0.0, upper=math.inf, allowed="a number above 0")
+positive = partial(number_between, lower=0.0, upper=math.inf, allowed="a number above 0")
 
 
 def options(arguments: list[str] | None) -> argparse.Namespace:
@@ -64,7 +64,7 @@ def _add_picture(p: argparse.ArgumentParser) -> None:
     width = f"width of the picture (default {PICTURE_SIZE}; of a film {FILM_SIZE})"
     add_whole_number(p, "--size", None, MIN_SIZE, MAX_SIZE, metavar="PIXELS", help=width)
     add_whole_number(p, "--fps", 10, 1, MAX_FPS, help="pictures per second of a film (default 10)")
-    p.add_argument("--range", type=POSITIVE, metavar="M", help="radius of the picture (default: the whole range)")
+    p.add_argument("--range", type=positive, metavar="M", help="radius of the picture (default: the whole range)")
     add_unit(p, "the picture")
     p.add_argument("--head-up", action="store_true", help="put the bow at the top (default: north)")
     p.add_argument(
@@ -73,7 +73,7 @@ def _add_picture(p: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     p.add_argument(
         "--dynamic-range-db",
-        type=POSITIVE,
+        type=positive,
         default=60.0,
         metavar="DB",
         help="of a picture that is not u8 (default 60)",
@@ -96,7 +96,7 @@ def _add_feed(p: argparse.ArgumentParser) -> None:
     )
     p.add_argument(
         "--timeout",
-        type=POSITIVE,
+        type=positive,
         default=TIMEOUT,
         metavar="S",
         help=f"end after this silence (default {TIMEOUT:g})",

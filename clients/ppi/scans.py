@@ -190,8 +190,8 @@ def power_from_samples(samples: NDArray[Any], encoding: dict[str, Any]) -> NDArr
             watts = samples.copy()
         case "c64":
             watts = np.square(samples.real) + np.square(samples.imag)
-        case _:
-            raise ValueError("encoding u8 is brightness, not power; request u8-log, f16, f32 or c64")
+        case name:
+            raise ValueError(f"encoding {name} is brightness, not power; request u8-log, f16, f32 or c64")
     return watts
 
 

@@ -63,5 +63,5 @@ def run(options: argparse.Namespace) -> int:
 def _store(text: str) -> str:
     """The address of a store: of a folder the whole path, as workers may work in another one. Raises ArgumentTypeError."""
     if not text.rstrip("/").endswith(".zarr"):
-        raise argparse.ArgumentTypeError(f'"{text}" does not end in .zarr, the format that is written')
+        raise argparse.ArgumentTypeError(f'"{text}" does not end in .zarr, the format that is written; give it that ending')
     return text if "://" in text else os.path.abspath(text)

@@ -29,16 +29,18 @@ NORTH: Colour = (255, 176, 64)
 MIN_SIZE, MAX_SIZE = 64, 4096
 
 
-def picture_from_power(power: NDArray[np.floating[Any]], dynamic_range_db: float = 60.0) -> Bytes:
-    """Brightness 0 to 255 of cells (..., N) of power [W]: 255 for the strongest, 0 at dynamic_range_db below it.
+def picture_from_power(
+    power: NDArray[np.floating[Any]], dynamic_range_db: float = 60.0, reference: float | None = None
+) -> Bytes:
+    """Brightness 0 to 255 of cells (..., N) of power [W]: 255 at `reference` [W] and above, 0 at dynamic_range_db below it.
 
-    Raises ValueError where power is negative or not finite, or the scale is empty.
+    reference: default the maximum. Raises ValueError where power is negative or not finite, or the scale is empty.
     """
     if power.size and not (power.min() >= 0 and np.isfinite(power.max())):
         raise ValueError("power: it has negative or non-finite watts; detect the field first (its squared magnitude)")
     if not dynamic_range_db > 0:
         raise ValueError(f"dynamic_range_db: {dynamic_range_db}; a picture spans more than 0 dB")
-    top = float(power.max(initial=0.0))
+    top = float(power.max(initial=0.0)) if reference is None else reference
     if not top > 0:
         return np.zeros(power.shape, dtype=np.uint8)
     floor_power = top * 10.0 ** (-dynamic_range_db / 10.0)

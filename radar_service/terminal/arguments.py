@@ -86,7 +86,9 @@ def file_ending(text: str, suffix: str | tuple[str, ...]) -> Path:
     """Returns the path of a file to write, which must end in `suffix`, or one of these. Raises ArgumentTypeError."""
     suffixes = (suffix,) if isinstance(suffix, str) else suffix
     if Path(text).suffix.lower() not in suffixes:
-        raise argparse.ArgumentTypeError(f'"{text}" does not end in {" or ".join(suffixes)}, the format that is written')
+        raise argparse.ArgumentTypeError(
+            f'"{text}" does not end in {" or ".join(suffixes)}, the format that is written; give it that ending'
+        )
     return Path(text)
 
 

@@ -1,5 +1,6 @@
 """Scans become films: the beam goes round, echoes fade, a second of film is a second of simulation."""
 
+import tracemalloc
 from typing import Any
 
 import numpy as np
@@ -46,6 +47,18 @@ def test_power_is_shown_on_one_scale_throughout() -> None:
     both = [fake_feed.spokes(greeting, data, first, AZIMUTHS) for data, first in ((strong, 0), (strong / 1000, AZIMUTHS))]
     *_, last = film(scans([greeting, *both]), fps=10)
     assert last.picture[-1].min() >= 127 and last.picture[-1].max() <= 128
+
+
+def test_a_film_holds_the_power_of_one_scan_at_a_time() -> None:
+    """Of 20 scans of float32, four times as large as their brightness: what is held stays below half of their power."""
+    greeting, data = hello(encoding="f32"), np.full((AZIMUTHS, 100), 1e-9, dtype=np.float32)
+    many = scans([greeting, *(fake_feed.spokes(greeting, data, AZIMUTHS * k, AZIMUTHS) for k in range(20))])
+    next(film(many[:2], fps=1))  # what is imported at first use
+    tracemalloc.start()
+    next(film(many, fps=1))
+    held = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert len(many) == 20 and held < 20 * data.nbytes / 2
 
 
 def test_a_film_without_end_is_refused() -> None:

@@ -68,7 +68,7 @@ def test_a_dry_run_does_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[st
 @pytest.mark.parametrize(
     ("options", "spec", "message"),
     [
-        (["-o", "x.npz"], SPEC, '"x.npz" does not end in .zarr, the format that is written'),
+        (["-o", "x.npz"], SPEC, '"x.npz" does not end in .zarr, the format that is written; give it that ending'),
         ([], SPEC, "-o: name the store to write"),
         (["-o", "x.zarr", "--jobs", "2", "--scheduler", "tcp://x"], SPEC, "not allowed with argument"),
         (["-o", "x.zarr", "--scheduler", "tcp://127.0.0.1:1"], SPEC, "no scheduler of Dask answers there"),
