@@ -157,7 +157,7 @@ def test_addresses_of_registries_are_found() -> None:
 
 def imported(file: Path) -> list[tuple[str, str, str]]:
     """The room, the module and the name of all that a file imports from the package's rooms."""
-    nodes = [node for node in ast.walk(parsed(file.read_text(encoding="utf-8"))) if isinstance(node, ast.ImportFrom)]
+    nodes = [node for node in nodes_of(file.read_text(encoding="utf-8")) if isinstance(node, ast.ImportFrom)]
     modules = [(node.module or "", node.names) for node in nodes if (node.module or "").startswith("radar_service.")]
     return [(module.split(".")[1], module, name.name) for module, names in modules for name in names]
 

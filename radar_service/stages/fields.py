@@ -77,19 +77,22 @@ def scaled(value: Any, scale: float) -> Any:
 
 def record_of(kind: type[Record], table: BaseModel, **given: Any) -> Record:
     """Returns a record of a table: each field that is not given is that of the key of its name and a unit. Raises TypeError."""
-    keys, parameters = {bare(key): key for key in type(table).model_fields}, signature(kind).parameters
+    keys: dict[str, list[str]] = {}
+    for key in type(table).model_fields:
+        keys.setdefault(bare(key), []).append(key)
+    parameters = signature(kind).parameters
     own = {name: keys[name] for name in parameters if name in keys and name not in given}
     for name, parameter in parameters.items():
         if parameter.default is Parameter.empty and name not in own and name not in given:
-            known = f"its keys: {', '.join(keys.values())}; units: {', '.join((*SCALES, *LEVELS))}"
+            known = f"its keys: {', '.join(type(table).model_fields)}; units: {', '.join((*SCALES, *LEVELS))}"
             what = f"{kind.__name__}.{name}: {type(table).__name__} has no key of this name and a known unit"
             raise TypeError(f"{what} ({known}); rename one, or give {name}= to record_of")
-    for name in own:
-        if len(alike := [key for key in type(table).model_fields if bare(key) == name]) > 1:
+    for name, alike in own.items():
+        if len(alike) > 1:
             raise TypeError(
                 f"{kind.__name__}.{name}: {type(table).__name__} has {' and '.join(alike)}; give {name}= to record_of"
             )
-    return kind(**{name: _in_si(getattr(table, key), unit_of(key)) for name, key in own.items()}, **given)
+    return kind(**{name: _in_si(getattr(table, key), unit_of(key)) for name, (key,) in own.items()}, **given)
 
 
 def _in_si(value: Any, unit: str) -> Any:

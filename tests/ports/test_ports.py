@@ -22,7 +22,7 @@ from radar_service.ports.app import create_app
 from radar_service.ports.feed.feed_socket import FeedPort
 from radar_service.ports.port import Port
 from radar_service.ports.port_host import PortHost
-from radar_service.ports.recorder.service_recorder import RecorderPort
+from radar_service.ports.recorder.recorder_port import RecorderPort
 from radar_service.ports.refusal_shapes import RefusalShapesMiddleware
 from radar_service.ports.registry import opened
 from radar_service.ports.rest.rest_port import RestPort

@@ -15,7 +15,7 @@ from radar_service.ports.nmea.nmea_port import NmeaPort
 from radar_service.ports.nmea_in.receivers import Receiver
 from radar_service.ports.nmea_in.steering_port import SteeringPort
 from radar_service.ports.port import Port
-from radar_service.ports.recorder.service_recorder import RecorderPort
+from radar_service.ports.recorder.recorder_port import RecorderPort
 from radar_service.ports.signalk.signalk_port import SignalKPort
 from radar_service.ports.udp.udp_port import Sender
 from radar_service.recording.chunk_table import ChunkTable, recorded_radars

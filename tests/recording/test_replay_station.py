@@ -13,7 +13,7 @@ from radar_service import wire
 from radar_service.commands.record import record_scans
 from radar_service.ports.ais.ais_port import AisPort
 from radar_service.ports.nmea.nmea_port import NmeaPort
-from radar_service.ports.recorder.service_recorder import RecordingSink
+from radar_service.ports.recorder.recorder_port import RecordingSink
 from radar_service.recording import replay_station
 from radar_service.recording.chunk_table import ChunkTable
 from radar_service.recording.radar_recording import RadarRecording

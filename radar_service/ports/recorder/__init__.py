@@ -31,7 +31,7 @@ def opened(options: argparse.Namespace) -> "Port | None":
                     f"--{name}: goes with --record FILE.mcap; a client asks for its own by ?{name}=... where --truth allows it"
                 )
         return None
-    from radar_service.ports.recorder.service_recorder import RecorderPort
+    from radar_service.ports.recorder.recorder_port import RecorderPort
     from radar_service.records import SourceRequest
 
     prepare([options.record], options.overwrite)

@@ -22,7 +22,7 @@ from radar_service.processes.limits import (
     return_free_memory,
 )
 from radar_service.records import PowersOf, ShipStates, SourceRequest, SpokeBlock, Truth
-from radar_service.service.radio.spare import RUN, MeasuredPlan, NewSpare
+from radar_service.service.radio.forks import RUN, MeasuredPlan, NewSpare
 from radar_service.service.scene_request import MakeSimulator, SceneRequest, SceneSpokeSource
 from radar_service.spoke_source import (
     BusyFault,

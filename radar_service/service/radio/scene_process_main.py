@@ -22,7 +22,7 @@ from radar_service.processes.channel import CAN_FORK, Channel, portable
 from radar_service.processes.limits import MachineBusyError, at_low_priority, limit_memory
 from radar_service.radar import Radar
 from radar_service.scene_file import IN_PROCESS, Sandbox, model_and_folder, model_at_range, scene_from_model
-from radar_service.service.radio.spare import MeasuredPlan, PlanChild, Spares, SpareTakesOver
+from radar_service.service.radio.forks import MeasuredPlan, PlanChild, Spares, SpareTakesOver
 from radar_service.service.scene_request import MakeSimulator, ProcessSimulator, SceneRequest
 from radar_service.spoke_source import SpokeSourceInfo
 from radar_service.world import Scene, SceneError, scene_at_rpm

@@ -14,9 +14,9 @@ import pytest
 from radar_service.processes.channel import Channel
 from radar_service.processes.fork_server import Child, ForkServer
 from radar_service.service.radio import status
+from radar_service.service.radio.forks import RUN, NewSpare, PlanChild, Spares, SpareTakesOver
 from radar_service.service.radio.pacer import BATCH_SPOKES, LATE_LIMIT, WINDOW, Schedule, batch_spokes
 from radar_service.service.radio.radio_state import Failed, State
-from radar_service.service.radio.spare import RUN, NewSpare, PlanChild, Spares, SpareTakesOver
 from radar_service.service.radio.station import Station
 from radar_service.service.settings import Pace, Settings
 from tests.processes.test_fork_server import is_gone, until
@@ -111,7 +111,7 @@ def test_lag_is_how_late_the_newest_spokes_are() -> None:
         assert schedule.lag == pytest.approx(lag, abs=1e-9)
 
 
-# spare: spares of processes.
+# forks: spares of processes.
 def counting(control: Channel, data: Channel) -> None:
     """Counts what it is told, and so do its spares. It looks after its spare when it is told 0; not while it answers: -0.5."""
     count = control.receive()

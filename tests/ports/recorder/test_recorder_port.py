@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from radar_service.ports.port_host import PortHost
-from radar_service.ports.recorder.service_recorder import MAX_WAITING, RecorderPort, Work
+from radar_service.ports.recorder.recorder_port import MAX_WAITING, RecorderPort, Work
 from radar_service.recording import Recording, read
 from radar_service.recording.error import RecordingError
 from radar_service.records.cell_sources import SourceList, SourceRequest
